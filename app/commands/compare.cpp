@@ -1,4 +1,5 @@
 #include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/figure_evaluation.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/reports/comparison_sections.hpp"
@@ -46,7 +47,10 @@ std::vector<NamedRun> read_runs(const CompareOptions& options) {
   for (const std::string& file : options.files) {
     StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
     locations.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
-    runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
+    std::shared_ptr<const Mechanism> mechanism =
+        options.requirements.empty() ? nullptr : read_mechanism_of(run.result, run.spec_text, run.path, run.overrides);
+    runs.push_back(
+        {"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result), std::move(mechanism)});
   }
   const std::vector<std::string> names = make_run_names(locations);
   for (std::size_t i = 0; i < runs.size(); ++i) runs[i].name = names[i];
@@ -114,14 +118,15 @@ Command setup_compare(CLI::App& program) {
   add_compare_options(*parser, *options);
   parser->footer(
       "The first run is the base; a spec, optionally followed by a colon and a trajectory, is simulated\n"
-      "first. Requirements compare the peak, rms, mean or range of a quantity, or energy(), of each other\n"
-      "file with numbers or with other files, named without folder and suffix; docs/compare.md describes\n"
-      "them.\n\n"
+      "first. Requirements compare figures of each other file (peak, rms, mean, range, minimum, maximum,\n"
+      "a value at a time or where another quantity has a value, duration, energy) with numbers or with\n"
+      "other files, named without folder and suffix; docs/compare.md describes them.\n\n"
       "Examples:\n"
       "  balance compare original.h5 balanced.h5\n"
       "  balance compare 3rrr.yaml:cycloid 3rrr.yaml:bang-bang\n"
       "  balance compare a.h5 b.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
       "  balance compare a.h5 b.h5 --require 'rms(torque) < 1.2 * base' -o junit.xml\n"
+      "  balance compare a.h5 b.h5 --require 'value(tool_position[x], end) >= base'\n"
       "  balance compare d.h5:before/cycloid d.h5:after/cycloid --format markdown");
   return {parser, [options] { return run(*options); }};
 }

@@ -7,6 +7,7 @@
 #include "balance/interface/batch/batch_run.hpp"
 #include "balance/interface/batch/batch_summary.hpp"
 #include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/figure_evaluation.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/reports/comparison_sections.hpp"
@@ -42,7 +43,8 @@ py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std
     std::vector<NamedRun> runs;
     for (const auto& [name, run] : given) {
       const Provenance& d = run->description;
-      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result});
+      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result,
+                      require.empty() ? nullptr : read_mechanism_of(run->result, d.spec_text, name, d.overrides)});
     }
     return Compared{compare_runs(runs), judge(require, runs)};
   });

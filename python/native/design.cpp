@@ -9,11 +9,11 @@
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/designed_spec.hpp"
 #include "balance/interface/reports/front_sections.hpp"
-#include "balance/interface/reports/status_names.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
 

@@ -175,7 +175,8 @@ TEST_CASE("mistakes are found with their place and the nearest name") {
              "column 24: no run is called 'bas': original, bang, rail-2 or base; nearest is 'base'"));
   CHECK(says("peak(shaking_force, bong) <= 1", "column 21: no run is called 'bong'"));
   CHECK(says("peek(shaking_force) <= 1",
-             "column 1: 'peek' is not a function: peak, rms, mean, range or energy, or arithmetic; nearest is 'peak'"));
+             "column 1: 'peek' is not a function: peak, rms, mean, range, minimum, maximum, energy, value"));
+  CHECK(says("peek(shaking_force) <= 1", "or arithmetic; nearest is 'peak'"));
   CHECK(
       says("peak(shaking_force)", "column 1: expected a comparison (<, <=, >, >= or ==), found 'peak(shaking_force)'"));
   CHECK(says("", "column 1: expected a comparison"));
@@ -196,7 +197,7 @@ TEST_CASE("mistakes are found with their place and the nearest name") {
   CHECK(says("peak(shaking_force, ) < 1", "column 21: expected the name of a run"));
   CHECK(says("1 < base", "column 5: 'base' alone stands for the comparison's figure"));
   CHECK(says("1 < 'bang", "column 5: the quote is not closed"));
-  CHECK(says("torque[A1] < 1", "column 1: torque is a quantity: peak(torque[…])"));
+  CHECK(says("torque[A1] < 1", "column 1: torque is a quantity: peak(torque[…]), value(torque[…], end)"));
   CHECK(says("atan2(1) < 1", "column 1: 'atan2(1)': "));
   CHECK(says("1 < 2 &&", "column 9: expected a comparison, found the end"));
   CHECK(says("&& 1 < 2", "column 1: expected a comparison, found '&&'"));
@@ -206,9 +207,44 @@ TEST_CASE("mistakes are found with their place and the nearest name") {
   CHECK(says(std::string(2000, '1') + " < 2", "it is longer than"));
 }
 
+TEST_CASE("mistakes in the arguments of figures are found with their place") {
+  CHECK(says("value(torque[A1], ) < 1", "column 19: expected a time in s, start, end, a condition such as"));
+  CHECK(says("value(torque[A1], bong) < 1", "or the name of a run (original, bang, rail-2 or base), found 'bong'"));
+  CHECK(says("value(torque[A1], torque[A2] == 3) < 1", "column 30: a condition has a single '='"));
+  CHECK(says("value(torque[A1], torque[A2] = x) < 1", "column 31: expected a number after '=', found 'x'"));
+  CHECK(says("value(torque[A1], torque[A2] = 3 #0) < 1", "column 34: expected the number of a crossing from 1"));
+  CHECK(says("value(torque[A1], bang, 0.3, rail-2) < 1", "column 30: value has two runs"));
+  CHECK(says("value(torque[A1], 0.3, between) < 1", "column 24: no run is called 'between'"));
+  CHECK(says("value(torque[A1], 0.3, 0.4) < 1", "column 24: no run is called '0.4'"));
+  CHECK(says("value(torque[A1], peak(torque) 3) < 1", "column 32: expected ',' or ')'"));
+  CHECK(says("value(torque[A1], end", "column 6: the parenthesis is not closed"));
+  CHECK(says("duration(3) < 1", "column 10: no run is called '3'"));
+  CHECK(says("time() < 1", "column 6: expected a time in s"));
+  CHECK(says("number() < 1", "column 8: expected the path of a number"));
+  CHECK(says("verdict() < proved-best", "verdict() is compared with one word"));
+  CHECK(says("verdict() == best", "column 14: expected a verdict (balanced, "));
+  CHECK(says("2 * verdict() == proved-best", "verdict() is compared with one word"));
+}
+
+TEST_CASE("one figure has one text, however it is written") {
+  const auto text_of = [](const std::string& figure) {
+    return list_figures(parse_requirement(figure + " < 1", names())).at(0).text();
+  };
+  const std::string text = "value(torque[A1], joint_position[A] = 0.5 #2, before)";
+  CHECK(text_of("value(torque[A1], joint_position[A] = 0.5 #2, before)") == text);
+  CHECK(text_of("value( torque[A1],joint_position[A]=1/2#2 , before, bang)") == text);
+  CHECK(text_of("value(torque[A1], 'rail-2', joint_position[A] = 0.5 # 2, before)") == text);
+  CHECK(text_of("value(torque[A1], 3/10)") == "value(torque[A1], 0.3)");
+  CHECK(text_of("value(torque[A1], peak( shaking_force[x] ))") == "value(torque[A1], peak(shaking_force[x]))");
+  CHECK(text_of("time(end)") == "time(end)");
+  CHECK(text_of("duration(base)") == "duration()");
+  CHECK(text_of("number(counterweights.cw.mass, bang)") == "number(counterweights.cw.mass)");
+}
+
 TEST_CASE("no text breaks the reader") {
   const std::string whole =
-      "(peak(torque[A1], 'rail-2') <= 0.9e-1 * base - sqrt(2)) && rms(shaking_force)==1||energy(base)>pi";
+      "(peak(torque[A1], 'rail-2') <= 0.9e-1 * base - sqrt(2)) && rms(shaking_force)==1||energy(base)>pi"
+      "&&value(torque[A1].x, torque[A2] = pi/2 #2, before, bang) < time(peak(torque[A1])) || verdict() != proved-best";
   for (std::size_t length = 0; length <= whole.size(); ++length) message(whole.substr(0, length));
   for (std::size_t i = 0; i < whole.size(); ++i) {
     for (const char c : std::string("()[]'<=&|,.-e1 \xff")) {

@@ -111,3 +111,45 @@ TEST_CASE("a run of another mechanism has no poses here") {
   const Study other = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
   CHECK_THROWS_AS(body_poses(other.mechanism, arm.result), std::invalid_argument);
 }
+
+// Of several mechanisms with all kinds of joints: the momentum of the bodies' motions is that of the recursion, whose
+// centre of mass is computed in other coordinates.
+TEST_CASE("the bodies' velocities and accelerations give the centre of mass its own") {
+  for (const char* name : {"spatial-rrr", "stewart", "delta", "rolling-on-a-plane", "rolling-disc", "bricard", "rccc",
+                           "spatial-slider-crank", "scotch-yoke", "whitworth", "5r", "four-bar-in-space", "scara"}) {
+    CAPTURE(name);
+    const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + name + ".yaml");
+    const Mechanism& mechanism = study.mechanism;
+    Trajectory trajectory = study.trajectories.at(0);
+    trajectory.samples = 7;
+    const RunResult run = simulate(mechanism, trajectory);
+    REQUIRE(run.outcome.status == MotionStatus::done);
+    const auto motions = body_motions(mechanism, run, run.time.size());
+    for (Eigen::Index k = 0; k < run.time.size(); ++k) {
+      const std::vector<BodyMotion>& bodies = motions[static_cast<std::size_t>(k)];
+      Vector3 position = Vector3::Zero(), velocity = Vector3::Zero(), acceleration = Vector3::Zero();
+      double mass = 0;
+      const auto add = [&](int body, double m, const Vector3& r) {
+        const BodyMotion& motion = bodies[static_cast<std::size_t>(body)];
+        position += m * motion.point_position(r);
+        velocity += m * motion.point_velocity(r);
+        acceleration += m * motion.point_acceleration(r);
+        mass += m;
+      };
+      for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
+        add(static_cast<int>(b), mechanism.bodies[b].mass, mechanism.bodies[b].com);
+      for (const Attachment& one : mechanism.attachments)
+        if (one.body != ground) add(static_cast<int>(one.body), one.mass, one.position);
+      for (const Disc& one : mechanism.discs)
+        if (one.body != ground) add(static_cast<int>(one.body), one.mass, one.position);
+      const auto is_close = [&](const Vector3& sum, const Samples& column) {
+        // round-off of joint coordinates, amplified by the mobility
+        const double scale = 1 + column.cwiseAbs().maxCoeff();
+        return (sum.head(run.axes) / mass - column.row(k).transpose()).norm() < 1e-9 * scale;
+      };
+      CHECK(is_close(position, run.com_position));
+      CHECK(is_close(velocity, run.com_velocity));
+      CHECK(is_close(acceleration, run.com_acceleration));
+    }
+  }
+}

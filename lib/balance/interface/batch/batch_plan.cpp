@@ -90,6 +90,33 @@ std::string spec_part(const SpecSource& source, const std::string& build) {
   return key_text;
 }
 
+/// What the case computes besides a motion. Nothing is appended for a motion alone.
+void append_settings(const SuiteCase& suite_case, std::string& key_text) {
+  const auto append = [&](const std::string& text) { append_length_prefixed(key_text, text); };
+  if (suite_case.kind != CaseKind::motion) {
+    append("run");
+    append(std::to_string(static_cast<int>(suite_case.kind)));
+    for (const Goal& goal : suite_case.goals) append(goal_name(goal));
+    append("at");
+    append(suite_case.state.at);
+    append(suite_case.state.rates);
+    append(suite_case.state.accelerations);
+  }
+  for (const CasePoint& point : suite_case.points) {
+    append("point");
+    append(point.name);
+    append(point.body);
+    append(point.body_point);
+    for (const double x : point.position) append(fmt::format("{}", x));
+  }
+  for (const SolvedParameter& solved : suite_case.solved) {
+    append("solve");
+    append(solved.parameter);
+    append(solved.figure.text);
+    for (const double x : {solved.value, solved.lower, solved.upper}) append(fmt::format("{}", x));
+  }
+}
+
 std::string make_cache_key(const SuiteCase& suite_case, std::string key_text) {
   append_length_prefixed(key_text, suite_case.name);  // the balanced spec is named after it
   for (const auto& [name, value] : suite_case.overrides) {
@@ -110,6 +137,7 @@ std::string make_cache_key(const SuiteCase& suite_case, std::string key_text) {
     append_length_prefixed(key_text, suite_case.design->minimize);
     append_length_prefixed(key_text, suite_case.design->seed ? std::to_string(*suite_case.design->seed) : "");
   }
+  append_settings(suite_case, key_text);
   return sha256(key_text);
 }
 
@@ -121,6 +149,7 @@ BatchPlan make_batch_plan(Suite suite) {
   const std::string build = hash_build();
   std::map<std::string, std::size_t> index;
   std::vector<std::string> spec_keys;
+  std::vector<std::vector<FigureReference>> figures = list_asked_figures(suite);
   for (const SuiteCase& suite_case : suite.cases) {
     const std::string path = (folder / suite_case.spec).string();
     const auto [entry, is_new] = index.emplace(path, plan.specs.size());
@@ -128,7 +157,8 @@ BatchPlan make_batch_plan(Suite suite) {
       plan.specs.push_back(read_source(path));
       spec_keys.push_back(spec_part(plan.specs.back(), build));
     }
-    plan.cases.push_back({entry->second, make_cache_key(suite_case, spec_keys[entry->second])});
+    plan.cases.push_back({entry->second, make_cache_key(suite_case, spec_keys[entry->second]),
+                          std::move(figures[plan.cases.size()]), asks_for_verdict(suite, suite_case)});
   }
   plan.suite = std::move(suite);
   return plan;

@@ -26,8 +26,11 @@ struct SpecSource {
 struct PlannedCase {
   std::size_t spec = 0;  ///< index into BatchPlan::specs
   /// SHA-256 of everything that the result depends on: the spec's text, the tables and parts that it refers to, the
-  /// parameters, trajectory, controller, samples and design of the case, the program's version and build.
+  /// parameters, trajectory, controller, samples and design of the case, its kind, state, points and solved
+  /// parameters, the program's version and build. Figures are not part of it: a record must answer them.
   std::string key;
+  std::vector<FigureReference> figures;  ///< that the suite asks of the case
+  bool asks_for_verdict = false;         ///< as the function of that name
 };
 
 struct BatchPlan {

@@ -70,6 +70,11 @@ std::string format_bytes(std::uintmax_t bytes) {
 
 namespace {
 
+CaseRecord settle_record(const BatchPlan& plan, std::size_t index, CaseRecord record) {
+  if (!plan.cases[index].asks_for_verdict) return record;
+  return accept_verdict(std::move(record), plan.suite.cases[index].kind == CaseKind::design);
+}
+
 /// Looks for finished cases in threads, then computes the others in processes, which are started only after the threads
 /// have ended.
 class WorkerPool {
@@ -108,8 +113,8 @@ class WorkerPool {
     for (std::size_t i = next++; i < cases_.size(); i = next++) {
       std::optional<CaseRecord> record =
           load_valid_record(options_.folder, plan_.suite.cases[cases_[i]].name, plan_.cases[cases_[i]].key);
-      if (!record || !is_final(*record)) continue;
-      records_[i] = std::move(record);
+      if (!record || !is_final(*record, plan_.cases[cases_[i]])) continue;
+      records_[i] = settle_record(plan_, cases_[i], std::move(*record));
       const std::lock_guard lock(mutex_);
       count(*records_[i], true);
     }
@@ -117,10 +122,11 @@ class WorkerPool {
 
   /// Mistakes are examined again, because their location in the suite may have changed. A case that exceeded a limit is
   /// tried again with a higher one.
-  bool is_final(const CaseRecord& record) const {
-    if (record.has_result()) return options_.stored_output == StoredOutput::metrics_only || record.has_samples();
+  bool is_final(const CaseRecord& record, const PlannedCase& planned) const {
+    const bool needs_samples = options_.stored_output == StoredOutput::series && !record.trajectory.empty();
+    if (record.has_result()) return (!needs_samples || record.has_samples()) && record.answers(planned.figures);
     if (options_.retry_failed) return false;
-    if (record.status == "mechanism") return true;
+    if (record.status == "mechanism") return !record.design || record.answers(planned.figures);
     if (record.status != "failed" || !record.failure) return false;
     const auto covers = [&](double limit) { return limit > 0 && limit <= record.failure->limit; };
     if (record.failure->cause == "timeout") return covers(options_.limits.wall_seconds);
@@ -203,6 +209,7 @@ class WorkerPool {
   void finish(std::size_t index, CaseRecord record, const std::string& text = {}) {
     if (record.status == "failed") folder_.remove_unfinished(record.name);
     store(record, text);
+    record = settle_record(plan_, cases_[index], std::move(record));
     count(record, false);
     records_[index] = std::move(record);
   }
@@ -289,12 +296,14 @@ BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
     const std::string& name = plan.suite.cases[i].name;
     std::optional<CaseRecord> record = load_valid_record(folder, name, plan.cases[i].key);
+    if (record && record->has_result() && !record->answers(plan.cases[i].figures)) record.reset();
     if (!record) {
       record.emplace();
       record->name = name;
       record->status = "missing";
       record->message = fmt::format("{} has no finished result of this case as defined by the suite", folder);
     } else {
+      record = settle_record(plan, i, std::move(*record));
       ++outcome.progress.finished;
       ++outcome.progress.reused;
     }

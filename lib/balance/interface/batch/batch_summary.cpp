@@ -11,11 +11,13 @@
 #include "balance/interface/reports/junit.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 
 namespace balance {
@@ -44,9 +46,8 @@ class RequirementEvaluator {
     for (std::size_t i = 0; i < records.size(); ++i) {
       if (!records[i].has_result()) continue;
       table_index_[records[i].name] = tables_.size();
-      tables_.push_back({records[i].name, records[i].metrics, records[i].energy});
+      tables_.push_back(records[i].metric_table());
     }
-    quantities_ = list_quantity_names(tables_);
   }
 
   std::vector<RequirementOutcome> evaluate() {
@@ -58,41 +59,106 @@ class RequirementEvaluator {
       for (const SuiteCase& suite_case : suite_.cases)
         if (suite_case.name != suite_.baseline) evaluate_requirement(suite_requirement, suite_case.name);
     }
-    for (const SuiteCase& suite_case : suite_.cases)
+    for (const SuiteCase& suite_case : suite_.cases) {
       for (const SuiteRequirement& suite_requirement : suite_case.requirements)
         evaluate_requirement(suite_requirement,
                              suite_requirement.requirement.applies_to_each_run() ? suite_case.name : "");
+      published_.push_back({suite_case.source, {}});
+      for (const PublishedRow& row : suite_case.published) evaluate_row(suite_case, row);
+    }
     return std::move(outcomes_);
   }
+
+  /// After evaluate(): one per case.
+  std::vector<PublishedCase> take_published() { return std::move(published_); }
 
  private:
   void evaluate_requirement(const SuiteRequirement& suite_requirement, const std::string& run) {
     RequirementOutcome outcome{.text = suite_requirement.requirement.text, .run = run};
     std::vector<std::string> run_names = suite_requirement.requirement.named_runs();
     if (!run.empty()) run_names.push_back(run);
+    if (!lacks_result(run_names, outcome)) evaluate_with_results(suite_requirement, run, run_names, outcome);
+    outcomes_.push_back(std::move(outcome));
+  }
+
+  /// Whether one of the runs has no result; the outcome then says so.
+  bool lacks_result(const std::vector<std::string>& run_names, RequirementOutcome& outcome) const {
     const auto missing_run = std::find_if(run_names.begin(), run_names.end(),
                                           [&](const std::string& name) { return table_index_.count(name) == 0; });
-    if (missing_run != run_names.end()) {
-      outcome.status = Status::not_judged;
-      outcome.message = fmt::format("not judged: {} has no result", *missing_run);
-    } else {
-      evaluate_with_results(suite_requirement, run, run_names, outcome);
+    if (missing_run == run_names.end()) return false;
+    outcome.status = Status::not_judged;
+    outcome.message = fmt::format("not judged: {} has no result", *missing_run);
+    return true;
+  }
+
+  std::vector<MetricTable> collect_tables(const std::vector<std::string>& run_names) const {
+    std::vector<MetricTable> tables;
+    for (const std::string& name : run_names) tables.push_back(tables_[table_index_.at(name)]);
+    return tables;
+  }
+
+  /// Judges a published number, and the proof of an improvement.
+  void evaluate_row(const SuiteCase& suite_case, const PublishedRow& row) {
+    RequirementOutcome outcome{.text = row.what, .run = suite_case.name, .is_published = true};
+    PublishedOutcome published{row, std::numeric_limits<double>::quiet_NaN(), false};
+    std::vector<std::string> run_names;
+    for (const FigureReference& figure : row.figure.figures)
+      if (!figure.run.empty()) run_names.push_back(figure.run);
+    run_names.push_back(suite_case.name);
+    if (!lacks_result(run_names, outcome)) {
+      try {
+        const std::vector<MetricTable> tables = collect_tables(run_names);
+        const ExpressionAnswer answer = evaluate_expression(row.figure, tables, tables.size() - 1);
+        published.ours = answer.value / row.unit_value;
+        // the default tolerance is a decimal number: both ends of it count
+        constexpr double decimal_round_off = 1e-9;
+        published.holds = std::abs(published.ours - row.exact) <=
+                          row.tolerance * (1 + decimal_round_off) + 1e-15 * std::abs(row.exact);
+        outcome.message =
+            answer.missing.empty() ? describe_outcome(published) : fmt::format("{}", fmt::join(answer.missing, ", "));
+        if (published.holds && row.verdict == PublishedVerdict::improved)
+          check_proof(suite_case, row, published, outcome);
+        outcome.status = published.holds ? Status::holds : Status::violated;
+      } catch (const RequirementError& error) {
+        outcome.status = Status::invalid;
+        outcome.message = row.location.text() + ": figure: " + error.what();
+      }
     }
+    published_.back().rows.push_back(std::move(published));
     outcomes_.push_back(std::move(outcome));
+  }
+
+  /// An improvement without proof is none.
+  void check_proof(const SuiteCase& suite_case, const PublishedRow& row, PublishedOutcome& published,
+                   RequirementOutcome& outcome) const {
+    std::vector<const SuiteRequirement*> proofs;
+    if (row.proof) proofs.push_back(&*row.proof);
+    for (const SuiteRequirement& one : suite_case.requirements)
+      if (!row.proof && refers_to_verdict(one.requirement)) proofs.push_back(&one);
+    for (const SuiteRequirement* proof : proofs) {
+      std::vector<std::string> run_names = proof->requirement.named_runs();
+      run_names.push_back(suite_case.name);
+      RequirementOutcome ignored;
+      if (lacks_result(run_names, ignored)) continue;
+      const std::vector<MetricTable> tables = collect_tables(run_names);
+      const RequirementVerdict verdict = judge_requirement(proof->requirement, tables, tables.size() - 1);
+      if (verdict.holds) continue;
+      published.holds = false;
+      outcome.message = fmt::format("the proof does not hold: {}: {}", verdict.requirement, describe_verdict(verdict));
+    }
   }
 
   void evaluate_with_results(const SuiteRequirement& suite_requirement, const std::string& run,
                              const std::vector<std::string>& run_names, RequirementOutcome& outcome) const {
     try {
-      check_quantities(suite_requirement.requirement, quantities_);
+      check_figures(suite_requirement.requirement, tables_);
     } catch (const RequirementError& error) {
       outcome.status = Status::invalid;
       outcome.message = suite_requirement.location.text() + ": " + error.what();
       return;
     }
     // A requirement refers to only two or three of thousands of cases.
-    std::vector<MetricTable> tables;
-    for (const std::string& name : run_names) tables.push_back(tables_[table_index_.at(name)]);
+    const std::vector<MetricTable> tables = collect_tables(run_names);
     const RequirementVerdict verdict =
         balance::judge_requirement(suite_requirement.requirement, tables, run.empty() ? 0 : tables.size() - 1);
     outcome.status = verdict.holds ? Status::holds : Status::violated;
@@ -102,8 +168,8 @@ class RequirementEvaluator {
   const Suite& suite_;
   std::vector<MetricTable> tables_;  ///< of cases with results
   std::map<std::string, std::size_t> table_index_;
-  std::vector<std::string> quantities_;
   std::vector<RequirementOutcome> outcomes_;
+  std::vector<PublishedCase> published_;
 };
 
 }  // namespace
@@ -128,7 +194,9 @@ BatchSummary summarise_batch(const Suite& suite, std::vector<CaseRecord> records
   summary.name = suite.name;
   summary.baseline = suite.baseline;
   for (const SuiteCase& suite_case : suite.cases) summary.specs.push_back(suite_case.spec);
-  summary.requirements = RequirementEvaluator(suite, records).evaluate();
+  RequirementEvaluator evaluator(suite, records);
+  summary.requirements = evaluator.evaluate();
+  summary.published = evaluator.take_published();
   summary.cases = std::move(records);
   return summary;
 }
@@ -171,7 +239,38 @@ void add_csv_lines(const CaseRecord& record, const std::string& spec, const Metr
   text += fmt::format("{},energy,J,,,,,,{},,\n", begin, csv_number(record.energy));
 }
 
-Json case_json(const CaseRecord& record, const std::string& spec) {
+Json published_json(const PublishedOutcome& outcome) {
+  const PublishedRow& row = outcome.row;
+  const bool has_ratio = row.printed != 0 && std::isfinite(outcome.ours);
+  return {{"what", row.what},
+          {"unit", row.unit.empty() ? Json(nullptr) : Json(row.unit)},
+          {"printed", row.printed},
+          {"exact", row.exact},
+          {"tolerance", row.tolerance},
+          {"ours", outcome.ours},
+          {"deviation", has_ratio ? Json(outcome.ours / row.printed - 1) : Json(nullptr)},
+          {"verdict", name_of(row.verdict)},
+          {"note", row.note.empty() ? Json(nullptr) : Json(row.note)},
+          {"holds", outcome.holds}};
+}
+
+/// Adds where a case is from, if the suite says so.
+void add_source(const PublishedCase& published, Json& json) {
+  if (published.is_empty()) return;
+  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  json["source"] = text_or_null(published.source.source);
+  json["page"] = text_or_null(published.source.page);
+  json["published"] = Json::array();
+  for (const PublishedOutcome& row : published.rows) json["published"].push_back(published_json(row));
+  json["waits"] = Json::array();
+  for (const WaitingRow& row : published.source.waits)
+    json["waits"].push_back({{"what", row.what},
+                             {"unit", text_or_null(row.unit)},
+                             {"printed", text_or_null(row.printed)},
+                             {"reason", row.reason}});
+}
+
+Json case_json(const CaseRecord& record, const std::string& spec, const PublishedCase& published) {
   Json json = {{"name", record.name}, {"spec", spec}, {"status", record.status}};
   if (!record.message.empty()) json["message"] = record.message;
   json["mechanism"] = record.title;
@@ -186,6 +285,8 @@ Json case_json(const CaseRecord& record, const std::string& spec) {
   json["metrics"] = Json::array();
   for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = record.energy;
+  for (const auto& [name, value] : record.solved) json["solved"][name] = value;
+  add_source(published, json);
   json["warnings"] = record.warnings;
   json["notes"] = record.notes;
   json["files"] = Json::array();
@@ -220,8 +321,7 @@ std::string summary_csv(const BatchSummary& summary) {
   std::string text =
       "case,spec,trajectory,status,quantity,unit,peak,peak_time,rms,mean,range,total,peak_ratio,rms_ratio\n";
   const CaseRecord* record = summary.baseline_record();
-  const MetricTable base =
-      record == nullptr ? MetricTable{} : MetricTable{record->name, record->metrics, record->energy};
+  const MetricTable base = record == nullptr ? MetricTable{} : record->metric_table();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     add_csv_lines(summary.cases[i], summary.specs[i], record == nullptr ? nullptr : &base, text);
   return text;
@@ -238,7 +338,7 @@ std::string summary_json(const BatchSummary& summary) {
                                     {"verdict", outcome.message}});
   json["cases"] = Json::array();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
-    json["cases"].push_back(case_json(summary.cases[i], summary.specs[i]));
+    json["cases"].push_back(case_json(summary.cases[i], summary.specs[i], summary.published[i]));
   return format_json(json);
 }
 
@@ -352,6 +452,7 @@ const char* requirement_status_name(RequirementOutcome::Status status) {
 }
 
 std::string requirement_title(const RequirementOutcome& outcome) {
+  if (outcome.is_published) return fmt::format("{}: {}", outcome.run, outcome.text);
   return outcome.run.empty() ? outcome.text : fmt::format("{} [{}]", outcome.text, outcome.run);
 }
 
@@ -384,6 +485,45 @@ std::string format_failures(const BatchSummary& summary) {
   return text;
 }
 
+namespace {
+
+std::string published_markdown(const BatchSummary& summary) {
+  TextTable table{{"case", "number", "printed", "exact", "ours", "deviation", "verdict", "holds", "note"},
+                  {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left,
+                   Align::left, Align::left},
+                  {}};
+  std::string waiting, sources;
+  for (std::size_t i = 0; i < summary.cases.size(); ++i) {
+    const PublishedCase& published = summary.published[i];
+    const std::string& name = summary.cases[i].name;
+    if (!published.source.source.empty())
+      sources += fmt::format("- {}: {}{}\n", escape_markdown(name), escape_markdown(published.source.source),
+                             published.source.page.empty() ? "" : ", p. " + escape_markdown(published.source.page));
+    for (const PublishedOutcome& outcome : published.rows) {
+      const PublishedRow& row = outcome.row;
+      const bool has_ratio = row.printed != 0 && std::isfinite(outcome.ours);
+      table.rows.push_back({name, row.what + (row.unit.empty() ? "" : " [" + row.unit + "]"),
+                            fmt::format("{}", row.printed), fmt::format("{}", row.exact),
+                            std::isfinite(outcome.ours) ? fmt::format("{:.9g}", outcome.ours) : "-",
+                            has_ratio ? fmt::format("{:+.2g} %", 100 * (outcome.ours / row.printed - 1)) : "-",
+                            name_of(row.verdict), outcome.holds ? "yes" : "no", row.note});
+    }
+    for (const WaitingRow& row : published.source.waits)
+      waiting += fmt::format(
+          "- {}: {}{}: {}\n", escape_markdown(name), escape_markdown(row.what),
+          row.printed.empty() ? ""
+                              : escape_markdown(", printed " + row.printed + (row.unit.empty() ? "" : " " + row.unit)),
+          escape_markdown(row.reason));
+  }
+  std::string text;
+  if (!table.rows.empty()) text += "\n## Published numbers\n\n" + format_markdown_table(table);
+  if (!sources.empty()) text += "\n### Sources\n\n" + sources;
+  if (!waiting.empty()) text += "\n### Numbers without a figure\n\n" + waiting;
+  return text;
+}
+
+}  // namespace
+
 std::string summary_markdown(const BatchSummary& summary) {
   std::string text =
       fmt::format("# {}\n\n{}.\n\n## Cases\n\n", escape_markdown(summary.name), format_summary_line(summary));
@@ -396,6 +536,7 @@ std::string summary_markdown(const BatchSummary& summary) {
       table.rows.push_back({outcome.text, outcome.run, requirement_status_name(outcome.status), outcome.message});
     text += "\n## Requirements\n\n" + format_markdown_table(table, {0});
   }
+  text += published_markdown(summary);
   std::string failures;
   for (const CaseRecord& record : summary.cases)
     if (!record.message.empty())

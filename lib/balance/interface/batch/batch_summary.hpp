@@ -21,9 +21,18 @@ struct RequirementOutcome {
     invalid,     ///< it refers to a quantity that no case has
   };
   Status status = Status::holds;
-  std::string text;     ///< of the requirement
-  std::string run;      ///< case that it was judged for; empty if it names all its runs
-  std::string message;  ///< one line: the margin by which it holds or misses, or why it was not judged
+  std::string text;           ///< of the requirement; of a published number, what it is
+  std::string run;            ///< case that it was judged for; empty if it names all its runs
+  std::string message;        ///< one line: the margin by which it holds or misses, or why it was not judged
+  bool is_published = false;  ///< a row of `published`
+};
+
+/// Where a case is from, and the numbers that its source has printed.
+struct PublishedCase {
+  CaseSource source;
+  std::vector<PublishedOutcome> rows;
+
+  bool is_empty() const { return source.source.empty() && source.waits.empty() && rows.empty(); }
 };
 
 struct BatchSummary {
@@ -32,6 +41,7 @@ struct BatchSummary {
   std::vector<std::string> specs;  ///< per case, as the suite names it
   std::vector<CaseRecord> cases;
   std::vector<RequirementOutcome> requirements;
+  std::vector<PublishedCase> published;  ///< one per case
 
   /// The baseline's record; null if there is none or it has no result.
   const CaseRecord* baseline_record() const;

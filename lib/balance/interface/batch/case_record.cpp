@@ -1,5 +1,6 @@
 #include "balance/interface/batch/case_record.hpp"
 
+#include "balance/interface/comparison/figure_evaluation.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/sha256.hpp"
@@ -44,6 +45,34 @@ Metric metric_of(const Json& json) {
   return metric;
 }
 
+EvaluatedFigure figure_of(const Json& json) {
+  EvaluatedFigure figure;
+  figure.text = json.at("figure");
+  figure.value = read_number(json.at("value"));
+  const auto read = [&](const char* key, std::string& text) {
+    if (json.contains(key)) text = json.at(key);
+  };
+  read("unit", figure.unit);
+  read("word", figure.word);
+  read("reason", figure.reason);
+  read("mistake", figure.mistake);
+  read("name", figure.mistaken_name);
+  return figure;
+}
+
+Json figure_json(const EvaluatedFigure& figure) {
+  Json json = {{"figure", figure.text}, {"value", figure.value}};
+  const auto write = [&](const char* key, const std::string& text) {
+    if (!text.empty()) json[key] = text;
+  };
+  write("unit", figure.unit);
+  write("word", figure.word);
+  write("reason", figure.reason);
+  write("mistake", figure.mistake);
+  write("name", figure.mistaken_name);
+  return json;
+}
+
 constexpr const char* digest_key = "sha256";
 
 /// Whether records with this status are stored.
@@ -71,6 +100,10 @@ CaseRecord record_of(const Json& json) {
   }
   for (const Json& metric : json.at("metrics")) record.metrics.push_back(metric_of(metric));
   record.energy = read_number(json.at("energy"));
+  if (json.contains("figures"))
+    for (const Json& figure : json.at("figures")) record.figures.push_back(figure_of(figure));
+  if (json.contains("solved"))
+    for (const auto& [name, value] : json.at("solved").items()) record.solved.emplace_back(name, read_number(value));
   record.warnings = json.at("warnings").get<std::vector<std::string>>();
   record.notes = json.at("notes").get<std::vector<std::string>>();
   for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("sha256")});
@@ -82,6 +115,22 @@ CaseRecord record_of(const Json& json) {
 bool CaseRecord::has_samples() const {
   return std::any_of(files.begin(), files.end(),
                      [&](const RecordedFile& file) { return file.name == result_file_name(name); });
+}
+
+bool CaseRecord::answers(const std::vector<FigureReference>& asked) const {
+  const MetricTable table = metric_table();
+  return std::all_of(asked.begin(), asked.end(), [&](const FigureReference& figure) {
+    return has_figure(table, figure) || find_evaluated_figure(table, figure.text()) != nullptr;
+  });
+}
+
+CaseRecord accept_verdict(CaseRecord record, bool is_design_only) {
+  const bool is_accepted =
+      record.design && (record.status == "compromise" || (record.status == "mechanism" && is_design_only));
+  if (!is_accepted) return record;
+  record.status = "done";
+  record.message.clear();
+  return record;
 }
 
 int CaseRecord::exit_code() const {
@@ -106,6 +155,8 @@ std::string encode_record(const CaseRecord& record) {
   json["metrics"] = Json::array();
   for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = record.energy;
+  for (const EvaluatedFigure& figure : record.figures) json["figures"].push_back(figure_json(figure));
+  for (const auto& [name, value] : record.solved) json["solved"][name] = value;
   json["warnings"] = record.warnings;
   json["notes"] = record.notes;
   json["files"] = Json::array();

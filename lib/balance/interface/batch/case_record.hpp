@@ -1,11 +1,13 @@
 #pragma once
 /// The record of a computed case: all that summaries need, and what identifies the case as finished.
 
+#include "balance/interface/comparison/comparison.hpp"
 #include "balance/mechanics/results/result.hpp"
 
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -43,15 +45,26 @@ struct CaseRecord {
   std::optional<RecordedDesign> design;
   std::vector<Metric> metrics;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< [J]
+  std::vector<EvaluatedFigure> figures;                      ///< that were asked for and no metric answers
+  std::vector<std::pair<std::string, double>> solved;        ///< parameters that were solved for
   std::vector<std::string> warnings, notes;
   std::vector<RecordedFile> files;
 
   bool has_result() const { return status == "done" || status == "compromise"; }
   /// Whether there is a file with the samples.
   bool has_samples() const;
+  /// The figures for requirements.
+  MetricTable metric_table() const { return {name, metrics, energy, figures}; }
+  /// Whether it answers every one of these figures, if only by a reason.
+  bool answers(const std::vector<FigureReference>& asked) const;
   /// The program's exit code for this case alone: 0, 1, 3, 4 or 5.
   int exit_code() const;
 };
+
+/// The record for a case whose requirements ask for the verdict of its design: then a design that is impossible or only
+/// a compromise is a result, and so is one that was not found if nothing else was to be computed.
+/// @param is_design_only the case is `run: design`
+CaseRecord accept_verdict(CaseRecord record, bool is_design_only);
 
 /// JSON whose last entry is the SHA-256 of everything before it, which reveals damaged and edited records.
 std::string encode_record(const CaseRecord& record);

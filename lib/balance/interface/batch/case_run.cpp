@@ -3,26 +3,40 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/numerics/bracketed_root.hpp"
 #include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/figure_evaluation.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/sha256.hpp"
+#include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/designed_spec.hpp"
-#include "balance/interface/reports/status_names.hpp"
+#include "balance/interface/reports/report_data.hpp"
 #include "balance/interface/specification/diagnostics.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/dynamics/single_state.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/design_study.hpp"
+#include "balance/synthesis/design/status_names.hpp"
+#include "balance/synthesis/formulas/equations_report.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace balance {
 namespace {
@@ -32,15 +46,45 @@ struct CaseFailed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What a case computed, as far as it came. Its parts refer to each other, so it stays where it is.
+struct CaseSubject {
+  std::optional<Study> study;
+  std::optional<DesignReport> design;
+  std::string objective_unit;
+  std::optional<Trajectory> trajectory;
+  std::optional<RunResult> run;
+  std::optional<EquationsAtConfiguration> equations;
+  std::optional<ConditionsFigures> conditions;
+  std::vector<FigurePoint> points;
+  std::vector<FigureNumber> numbers;
+
+  CaseSubject() = default;
+  CaseSubject(const CaseSubject&) = delete;
+  CaseSubject& operator=(const CaseSubject&) = delete;
+
+  FigureSubject view() const {
+    return {.run = run ? &*run : nullptr,
+            .mechanism = study ? &study->mechanism : nullptr,
+            .points = points,
+            .design = design ? &*design : nullptr,
+            .objective_unit = objective_unit,
+            .equations = equations ? &*equations : nullptr,
+            .conditions = conditions,
+            .numbers = numbers};
+  }
+};
+
 class CaseRun {
  public:
   CaseRun(const BatchPlan& plan, std::size_t index, const std::string& folder, StoredOutput stored_output,
           ParsedSpecCache& spec_cache, CaseRecord& record)
       : suite_case_(plan.suite.cases[index]),
+        asked_figures_(plan.cases[index].figures),
         spec_(plan.specs[plan.cases[index].spec]),
         folder_(folder),
         stored_output_(stored_output),
         spec_cache_(spec_cache),
+        overrides_(suite_case_.overrides),
         record_(record) {
     const std::size_t spec = plan.cases[index].spec;
     if (!spec_cache.document || spec_cache.index != spec) spec_cache = {spec, SpecDocument(spec_.text)};
@@ -49,15 +93,18 @@ class CaseRun {
   void run() {
     if (!spec_.failure_reason.empty())
       throw SystemError(suite_case_.location_of("spec").text() + ": " + spec_.failure_reason);
-    const Study study = suite_case_.design ? run_design() : read([this](const ReadOptions& options) {
-      return read_spec(*spec_cache_.document, spec_.path, options);
-    });
-    record_.title = study.mechanism.name;
-    record_.warnings = study.warnings;
-    // a design needs no motion: without one, its figures are the whole result
-    if (!record_.design || !study.trajectories.empty() || !suite_case_.trajectory.empty() ||
-        !suite_case_.controller.empty())
-      run_trajectory(study);
+    solve_parameters(0);
+    is_final_ = true;
+    CaseSubject subject;
+    try {
+      compute(subject);
+    } catch (const CaseFailed&) {
+      if (subject.design) add_figures(subject);  // the verdict of a design that failed is a figure
+      throw;
+    }
+    add_figures(subject);
+    if (subject.run && subject.trajectory && stored_output_ == StoredOutput::series)
+      write(*subject.run, describe(*subject.study, *subject.trajectory));
     record_.status = "done";
     if (!record_.design || record_.design->status == "balanced" || record_.design->status == "not-asked") return;
     record_.status = "compromise";
@@ -65,16 +112,236 @@ class CaseRun {
   }
 
  private:
-  void run_trajectory(const Study& study) {
-    const Trajectory trajectory = choose_trajectory(study);
-    record_.trajectory = trajectory.name;
-    record_.samples = trajectory.samples;
-    const RunResult result = run_or_throw(study, trajectory);
-    record_.notes.insert(record_.notes.end(), result.outcome.notes.begin(), result.outcome.notes.end());
-    MetricTable table = make_metric_table(suite_case_.name, result);
+  /// Computes the case with the present overrides.
+  void compute(CaseSubject& subject) {
+    subject.numbers = solved_numbers_;
+    if (suite_case_.kind == CaseKind::conditions) return derive_conditions(subject);
+    if (suite_case_.kind == CaseKind::design || suite_case_.design)
+      run_design(subject);
+    else
+      subject.study =
+          read([this](const ReadOptions& options) { return read_spec(*spec_cache_.document, spec_.path, options); });
+    const Study& study = *subject.study;
+    set_title(study);
+    if (suite_case_.kind == CaseKind::design) return;
+    subject.points = resolve_points(study.mechanism);
+    if (suite_case_.kind == CaseKind::equations) return evaluate_state(subject);
+    // a design needs no motion: without one, its figures are the whole result
+    const bool has_motion =
+        !study.trajectories.empty() || !suite_case_.trajectory.empty() || !suite_case_.controller.empty();
+    if (has_motion || !subject.design) run_trajectory(subject);
+  }
+
+  void set_title(const Study& study) {
+    if (!is_final_) return;
+    record_.title = study.mechanism.name;
+    record_.warnings = study.warnings;
+  }
+
+  void run_trajectory(CaseSubject& subject) {
+    const Study& study = *subject.study;
+    subject.trajectory = choose_trajectory(study);
+    if (is_final_) record_.trajectory = subject.trajectory->name;
+    if (is_final_) record_.samples = subject.trajectory->samples;
+    subject.run = run_or_throw(study, *subject.trajectory);
+    if (!is_final_) return;
+    const std::vector<std::string>& notes = subject.run->outcome.notes;
+    record_.notes.insert(record_.notes.end(), notes.begin(), notes.end());
+  }
+
+  /// The case's table of figures: its metrics, and what is asked of it.
+  MetricTable make_table(const CaseSubject& subject, const std::vector<FigureReference>& asked) const {
+    MetricTable table;
+    table.name = suite_case_.name;
+    if (subject.run && subject.trajectory) table = make_metric_table(suite_case_.name, *subject.run);
+    FigureEvaluator evaluator(subject.view());
+    evaluate_figures(asked, evaluator, table);
+    return table;
+  }
+
+  void add_figures(const CaseSubject& subject) {
+    MetricTable table = make_table(subject, asked_figures_);
     record_.metrics = std::move(table.metrics);
     record_.energy = table.energy;
-    if (stored_output_ == StoredOutput::series) write(result, describe(study, trajectory));
+    record_.figures = std::move(table.figures);
+  }
+
+  // Parameters that are solved for.
+
+  /// Solves for the parameters from the i-th on, at the present values of those before it.
+  void solve_parameters(std::size_t i) {
+    if (i == suite_case_.solved.size()) return;
+    const SolvedParameter& solved = suite_case_.solved[i];
+    std::string unit;
+    const auto evaluate_at = [&](double x) { return evaluate_solved_figure(i, x, unit) - solved.value; };
+    const double at_lower = evaluate_at(solved.lower), at_upper = evaluate_at(solved.upper);
+    if (at_lower * at_upper > 0)
+      throw CaseFailed(
+          fmt::format("solve {0}: {1} is {2:.6g}{6} at {0} = {3:.6g} and {4:.6g}{6} at {0} = {5:.6g}: it "
+                      "does not pass {7:.6g} between them",
+                      solved.parameter, solved.figure.text, at_lower + solved.value, solved.lower,
+                      at_upper + solved.value, solved.upper, unit.empty() ? "" : " " + unit, solved.value));
+    constexpr double relative_tolerance = 1e-12;
+    const double root =
+        find_bracketed_root(evaluate_at, solved.lower, solved.upper, at_lower, at_upper, relative_tolerance);
+    set_solved(i, root);
+    solve_parameters(i + 1);
+    record_.solved.clear();
+    for (const FigureNumber& number : solved_numbers_) record_.solved.emplace_back(number.path, number.value);
+  }
+
+  /// Gives the i-th solved parameter a value and forgets those after it.
+  void set_solved(std::size_t i, double value) {
+    overrides_.resize(suite_case_.overrides.size() + i);
+    overrides_.emplace_back(suite_case_.solved[i].parameter, fmt::format("{}", value));
+    solved_numbers_.resize(i);
+    solved_numbers_.push_back({suite_case_.solved[i].parameter, value});
+  }
+
+  /// The figure of the i-th solved parameter at one of its values, with those after it solved for.
+  double evaluate_solved_figure(std::size_t i, double x, std::string& unit) {
+    const SolvedParameter& solved = suite_case_.solved[i];
+    set_solved(i, x);
+    solve_parameters(i + 1);
+    CaseSubject subject;
+    try {
+      compute(subject);
+      const MetricTable table = make_table(subject, solved.figure.figures);
+      const ExpressionAnswer answer = evaluate_expression(solved.figure, {table}, 0);
+      if (!answer.missing.empty()) throw CaseFailed(answer.missing.front());
+      if (!std::isfinite(answer.value)) throw CaseFailed(solved.figure.text + " has no value");
+      unit = answer.unit;
+      return answer.value;
+    } catch (const CaseFailed& error) {
+      throw CaseFailed(fmt::format("solve {0}: at {0} = {1:.6g}: {2}", solved.parameter, x, error.what()));
+    } catch (const RequirementError& error) {
+      const std::string key = "solve." + solved.parameter;
+      throw SpecError({suite_case_.location_of(key), fmt::format("figure: {}", error.what())});
+    }
+  }
+
+  // Cases without a motion.
+
+  std::vector<FigurePoint> resolve_points(const Mechanism& mechanism) const {
+    std::vector<FigurePoint> points;
+    for (const CasePoint& point : suite_case_.points) {
+      const SourceLocation location = suite_case_.location_of("points." + point.name);
+      const auto fail = [&](const std::string& expected, const std::string& name,
+                            const std::vector<std::string>& known) {
+        const specification::ErrorMessage message{
+            .expected = fmt::format("{} ({})", expected, join_alternatives(known)),
+            .found = quote_for_message(name),
+            .hint = format_nearest_name(name, known)};
+        throw SpecError({location, message.text(), message.expected, message.found, message.hint});
+      };
+      std::vector<std::string> names;
+      for (const Body& body : mechanism.bodies) names.push_back(body.name);
+      const auto body = std::find(names.begin(), names.end(), point.body);
+      if (body == names.end()) fail("a body of " + spec_.path, point.body, names);
+      FigurePoint resolved{point.name, static_cast<int>(body - names.begin()), Vector3::Zero()};
+      const Body& carrier = mechanism.bodies[static_cast<std::size_t>(body - names.begin())];
+      for (std::size_t k = 0; k < point.position.size(); ++k)
+        resolved.position[static_cast<Eigen::Index>(k)] = point.position[k] * mechanism.units.length;
+      if (point.body_point == "com") resolved.position = carrier.com;
+      if (const NamedPoint* known = find_by_name(carrier.points, point.body_point)) {
+        resolved.position = known->position;
+      } else if (!point.body_point.empty() && point.body_point != "origin" && point.body_point != "com") {
+        std::vector<std::string> known_points{"origin", "com"};
+        for (const NamedPoint& one : carrier.points) known_points.push_back(one.name);
+        fail("a point of " + carrier.name, point.body_point, known_points);
+      }
+      points.push_back(std::move(resolved));
+    }
+    return points;
+  }
+
+  /// Calls a reader of an option's text and attributes its mistakes to the suite.
+  template <class Reader>
+  std::invoke_result_t<Reader> read_option(const std::string& key, const Reader& reader) const {
+    const auto relocate = [&](const std::string& message) { return fmt::format("{}: {}", key, message); };
+    try {
+      return reader();
+    } catch (const SpecError& error) {
+      std::vector<Diagnostic> mistakes = error.diagnostics();
+      for (Diagnostic& mistake : mistakes) {
+        mistake.message = relocate(mistake.message);
+        mistake.place = suite_case_.location_of(key);
+      }
+      throw SpecError(std::move(mistakes), error.unlisted_count());
+    } catch (const UnsolvableMechanism& error) {
+      throw CaseFailed(error.what());
+    } catch (const std::invalid_argument& error) {
+      throw SpecError({suite_case_.location_of(key), relocate(error.what())});
+    }
+  }
+
+  std::vector<CoordinateValue> find_configuration(const Study& study) const {
+    const std::string& at = suite_case_.state.at;
+    ConfigurationResult result = read_option("at", [&] {
+      if (at == "start") return find_start_configuration(study.mechanism, choose_trajectory(study));
+      if (at == "end") return find_end_configuration(study.mechanism, choose_trajectory(study));
+      return solve_configuration(study.mechanism, read_pose(at, study));
+    });
+    if (result.outcome.status != MotionStatus::done)
+      throw CaseFailed(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
+    return std::move(result.coordinates);
+  }
+
+  /// What `balance equations --at` and `balance simulate --at` compute.
+  void evaluate_state(CaseSubject& subject) {
+    const Study& study = *subject.study;
+    const CaseState& text = suite_case_.state;
+    SingleState state;
+    if (!text.rates.empty())
+      state.rates = read_option("rates", [&] { return read_coordinate_rates(text.rates, "--rates", study); });
+    if (!text.accelerations.empty())
+      state.accelerations = read_option(
+          "accelerations", [&] { return read_coordinate_rates(text.accelerations, "--accelerations", study); });
+    state.configuration = find_configuration(study);
+    EquationsQuery query;
+    query.configuration = state.configuration;
+    query.rates = state.rates;
+    query.accelerations = state.accelerations;
+    query.sections = {EquationSection::inertia, EquationSection::velocity, EquationSection::gravity,
+                      EquationSection::torques};
+    const std::string key = text.rates.empty() ? "at" : "rates";
+    EquationsReport report = read_option(key, [&] { return compute_equations_at(study.mechanism, query, {}); });
+    require_done(report.outcome);
+    subject.equations = std::move(report.at);
+    const Trajectory* trajectory = study.trajectories.empty() ? nullptr : &study.trajectories.front();
+    subject.run =
+        read_option(key, [&] { return evaluate_single_state(study.mechanism, state, make_state_options(trajectory)); });
+    require_done(subject.run->outcome);
+    if (is_final_) record_.notes = subject.run->outcome.notes;
+  }
+
+  static void require_done(const MotionOutcome& outcome) {
+    if (outcome.status != MotionStatus::done)
+      throw CaseFailed(fmt::format("{}: {}", name_of(outcome.status), outcome.reason));
+  }
+
+  /// What `balance conditions` derives.
+  void derive_conditions(CaseSubject& subject) {
+    const DesignSpace space =
+        read([this](const ReadOptions& options) { return read_design_space(spec_.text, spec_.path, options); });
+    subject.study = space.start;
+    set_title(space.start);
+    BalanceRequest request{.goals = suite_case_.goals.empty() ? space.start.design.goals : suite_case_.goals,
+                           .is_modular = suite_case_.design && suite_case_.design->modular};
+    if (request.goals.empty())
+      throw SpecError({suite_case_.location_of("run"),
+                       fmt::format("{} has no design: goal, so 'goal' is needed here", space.start.spec_file)});
+    const ConditionsOutcome outcome =
+        read_option("goal", [&] { return derive_conditions_data(request, space, false); });
+    if (outcome.refusal) throw CaseFailed(fmt::format("{}: {}", outcome.refusal.status, outcome.refusal.reason));
+    const ConditionsReportData& view = outcome.view;
+    ConditionsFigures figures{.rank = view.conditions.rank,
+                              .count = view.parameter_rows(),
+                              .is_impossible = !view.unbalanced_remainder.empty(),
+                              .holds = view.unbalanced_remainder.empty()};
+    for (int row = 0; row < view.parameter_rows(); ++row) figures.holds = figures.holds && view.is_met(row);
+    subject.conditions = figures;
+    if (is_final_) record_.notes = view.conditions.notes;
   }
 
   std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
@@ -93,12 +360,16 @@ class CaseRun {
   template <class Reader>
   std::invoke_result_t<Reader, const ReadOptions&> read(const Reader& reader) const {
     try {
-      return reader(ReadOptions{.set = suite_case_.overrides});
+      return reader(ReadOptions{.set = overrides_});
     } catch (const SpecError& error) {
       std::vector<Diagnostic> mistakes = error.diagnostics();
       for (const auto& [name, value] : suite_case_.overrides)
         for (Diagnostic& mistake : mistakes)
           if (mistake.place.file == "--set " + name) mistake.place = suite_case_.location_of("set." + name);
+      for (const SolvedParameter& solved : suite_case_.solved)
+        for (Diagnostic& mistake : mistakes)
+          if (mistake.place.file == "--set " + solved.parameter)
+            mistake.place = suite_case_.location_of("solve." + solved.parameter);
       throw SpecError(std::move(mistakes), error.unlisted_count());
     }
   }
@@ -155,25 +426,26 @@ class CaseRun {
   }
 
   DesignStudyOptions design_options(const Study& start) const {
-    const SourceLocation location = suite_case_.location_of("design");
+    const CaseDesignOptions asked = suite_case_.design.value_or(CaseDesignOptions{});
+    const SourceLocation location = suite_case_.location_of(suite_case_.design ? "design" : "run");
     DesignStudyOptions options;
-    options.is_modular = suite_case_.design->modular;
-    options.goals = suite_case_.design->goals.empty() ? start.design.goals : suite_case_.design->goals;
+    options.is_modular = asked.modular;
+    options.goals = asked.goals.empty() ? start.design.goals : asked.goals;
     options.search = start.design.search;
-    if (suite_case_.design->seed) options.search.seed = *suite_case_.design->seed;
+    if (asked.seed) options.search.seed = *asked.seed;
     options.compare_trajectories = false;
     if (start.free_numbers.empty())
       throw SpecError({location, fmt::format("there is nothing to design: no number of {} is free", start.spec_file)});
-    if (start.design.front && suite_case_.design->minimize.empty())
+    if (start.design.front && asked.minimize.empty())
       throw SpecError(
           {location, fmt::format("{} asks for a front, which has many designs, and a case runs one: 'minimize' is "
                                  "needed here",
                                  start.spec_file)});
-    if (options.goals.empty() && suite_case_.design->minimize.empty() && start.design.minimize.empty())
+    if (options.goals.empty() && asked.minimize.empty() && start.design.minimize.empty())
       throw SpecError({location, fmt::format("{} has no design: goal, so 'goal' is needed here", start.spec_file)});
-    if (suite_case_.design->minimize.empty()) return options;
+    if (asked.minimize.empty()) return options;
     try {
-      options.minimize = read_objective(suite_case_.design->minimize, start);
+      options.minimize = read_objective(asked.minimize, start);
     } catch (const SpecError& error) {
       std::vector<Diagnostic> mistakes = error.diagnostics();
       for (Diagnostic& mistake : mistakes) {
@@ -185,36 +457,48 @@ class CaseRun {
     return options;
   }
 
-  Study run_design() {
+  /// Balances the spec; the subject's study is then the balanced one.
+  void run_design(CaseSubject& subject) {
     const DesignSpace space =
         read([this](const ReadOptions& options) { return read_design_space(spec_.text, spec_.path, options); });
     const DesignStudyOptions options = design_options(space.start);
-    DesignReport report;
     try {
-      report = run_design_study(space, options);
+      subject.design = run_design_study(space, options);
     } catch (const std::invalid_argument& error) {
-      throw SpecError({suite_case_.location_of("design"), error.what()});
+      throw SpecError({suite_case_.location_of(suite_case_.design ? "design" : "run"), error.what()});
     }
+    const DesignReport& report = *subject.design;
     const DesignOutcome& outcome = report.outcome;
-    if (outcome.status == DesignStatus::unsolved)
-      throw CaseFailed(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
-    record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
-                      report.added_mass};
-    record_.notes = report.notes;  // the notes of the designed motion come with its own run
+    const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+    if (!terms.empty()) subject.objective_unit = objective_unit(terms, space.start.mechanism);
+    const bool is_solved = outcome.status != DesignStatus::unsolved;
+    for (std::size_t i = 0; is_solved && i < report.free_numbers.size(); ++i)
+      subject.numbers.push_back({report.free_numbers[i].key_path, outcome.x[static_cast<Eigen::Index>(i)]});
+    if (is_final_)
+      record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
+                        report.added_mass};
+    if (!is_solved) throw CaseFailed(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
+    if (is_final_) record_.notes = report.notes;  // the notes of the designed motion come with its own run
     const auto [text, refusal] = format_designed_spec(space, report);
     if (refusal) throw CaseFailed(refusal.reason);
-    AtomicFile file(path_of(balanced_spec_file_name(suite_case_.name)), OverwritePolicy::replace, temporary_tag);
-    file.write(text);
-    file.commit(Durability::deferred);
-    record_file(balanced_spec_file_name(suite_case_.name));
-    return read_spec(text, spec_.path);
+    if (is_final_) {
+      AtomicFile file(path_of(balanced_spec_file_name(suite_case_.name)), OverwritePolicy::replace, temporary_tag);
+      file.write(text);
+      file.commit(Durability::deferred);
+      record_file(balanced_spec_file_name(suite_case_.name));
+    }
+    subject.study = read_spec(text, spec_.path);
   }
 
   const SuiteCase& suite_case_;
+  const std::vector<FigureReference>& asked_figures_;
   const SpecSource& spec_;
   const std::string& folder_;
   const StoredOutput stored_output_;
   const ParsedSpecCache& spec_cache_;
+  std::vector<std::pair<std::string, std::string>> overrides_;  ///< of the case, then the solved parameters
+  std::vector<FigureNumber> solved_numbers_;
+  bool is_final_ = false;  ///< all parameters are solved for: the record is filled and files are written
   CaseRecord& record_;
 };
 

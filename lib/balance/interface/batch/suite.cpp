@@ -1,5 +1,7 @@
 #include "balance/interface/batch/suite.hpp"
 
+#include "balance/interface/batch/case_settings.hpp"
+
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
@@ -15,6 +17,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -34,14 +37,14 @@ struct SuiteBuilder {
   std::set<std::string> names;                  ///< of the cases
   std::vector<std::string> invalid_case_names;  ///< of cases with mistakes
   bool has_unnamed_cases = false;               ///< some cases with mistakes have unknown names
-  std::vector<std::pair<std::size_t, SpecCursor>>
-      requirements;  ///< of cases, by their index; read when all names are known
+  std::vector<std::pair<std::size_t, SpecCursor>> requirements,
+      published;  ///< of cases, by their index; read when all names are known
 
   /// "suite.yaml:4:7: cases.a.spec"
   SourceLocation place(const SpecCursor& at) const;
 };
 
-/// Fields that `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
+/// Fields that `cases` and `defaults` share: spec, set, trajectory, controller, samples, design, run, …
 std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case);
 
 /// Records where a part of the case is given; replaces an earlier location.
@@ -73,16 +76,22 @@ namespace {
 void read_case(const SpecCursor& at, const SpecCursor& named, const std::string& name, SuiteBuilder& builder) {
   SuiteCase suite_case = builder.defaults;
   suite_case.name = name;
-  std::optional<SpecCursor> name_cursor, require;
+  std::optional<SpecCursor> name_cursor, require, published;
   std::vector<Field> fields = make_case_fields(builder, suite_case);
   fields.push_back({"require", Presence::optional, [&](const SpecCursor& c) { require = c; }});
+  fields.push_back({"published", Presence::optional, [&](const SpecCursor& c) { published = c; }});
+  fields.push_back({"waits", Presence::optional, [&](const SpecCursor& c) {
+                      read_each(c.items("a list of numbers without figures"), [&](const SpecCursor& item) {
+                        suite_case.source.waits.push_back(read_waiting_row(item));
+                      });
+                    }});
   if (name.empty())
     fields.push_back({"name", Presence::required, [&](const SpecCursor& c) {
                         suite_case.name = c.read_word("the case's name");
                         name_cursor = c;
                       }});
   const bool added =
-      read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields) &&
+      read_fields(at, "a case {spec, set, trajectory, samples, design, run, require, published}", fields) &&
       builder.problems.collect([&] { add_case(builder, suite_case, name_cursor ? *name_cursor : named); });
   if (!added) {
     builder.has_unnamed_cases = builder.has_unnamed_cases || suite_case.name.empty();
@@ -90,6 +99,7 @@ void read_case(const SpecCursor& at, const SpecCursor& named, const std::string&
     return;
   }
   if (require) builder.requirements.emplace_back(builder.cases.size() - 1, *require);
+  if (published) builder.published.emplace_back(builder.cases.size() - 1, *published);
 }
 
 void read_cases(const SpecCursor& section, SuiteBuilder& builder) {
@@ -136,7 +146,7 @@ void read_sections(const SpecCursor& root, Suite& suite, SuiteBuilder& builder, 
                 [&](const SpecCursor& c) { suite.name = escape_for_terminal(c.read_word("a name")); }},
                {"defaults", Presence::optional,
                 [&](const SpecCursor& c) {
-                  read_fields(c, "defaults of all cases {spec, set, trajectory, samples, design}",
+                  read_fields(c, "defaults of all cases {spec, set, trajectory, samples, design, run}",
                               make_case_fields(builder, builder.defaults));
                 }},
                {"cases", Presence::optional, store_in(deferred.cases)},
@@ -156,11 +166,32 @@ void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilde
       }))
     suite.baseline = names.all.front();  // otherwise requirements would report a missing base
   names.base = suite.baseline;
+  const auto is_single_state = [](const SuiteCase& one) { return one.kind == CaseKind::equations; };
   if (deferred.require)
-    builder.problems.collect([&] { suite.require = read_requirements(*deferred.require, names, builder); });
-  for (const auto& [index, at] : builder.requirements)
+    builder.problems.collect([&] {
+      names.accepts_bare_quantities = std::all_of(builder.cases.begin(), builder.cases.end(), is_single_state);
+      suite.require = read_requirements(*deferred.require, names, builder);
+    });
+  const auto names_of = [&](const SuiteCase& suite_case) -> const RunNames& {
+    names.accepts_bare_quantities = is_single_state(suite_case);
+    return names;
+  };
+  for (const auto& [index, at] : builder.requirements) {
+    SuiteCase& suite_case = builder.cases[index];
     builder.problems.collect(
-        [&, &index = index, &at = at] { builder.cases[index].requirements = read_requirements(at, names, builder); });
+        [&, &at = at] { suite_case.requirements = read_requirements(at, names_of(suite_case), builder); });
+  }
+  for (const auto& [index, at] : builder.published) {
+    SuiteCase& suite_case = builder.cases[index];
+    const bool has_proof = std::any_of(suite_case.requirements.begin(), suite_case.requirements.end(),
+                                       [](const SuiteRequirement& one) { return refers_to_verdict(one.requirement); });
+    builder.problems.collect([&, &at = at] {
+      for (const SpecCursor& item : at.items("a list of published numbers"))
+        builder.problems.collect([&] {
+          suite_case.published.push_back(read_published_row(item, names_of(suite_case), has_proof, builder.file));
+        });
+    });
+  }
 }
 
 }  // namespace
@@ -194,6 +225,65 @@ Suite parse_suite(const std::string& text, const std::string& file_name) {
   builder.problems.throw_if_any();
   suite.cases = std::move(builder.cases);
   return suite;
+}
+
+namespace {
+
+/// Visits the requirements of a case: its own, and those of the suite that are judged for it or name it.
+/// @param visit called with a requirement and whether figures without a run belong to the case
+template <class Visitor>
+void for_each_requirement_of(const Suite& suite, const SuiteCase& suite_case, Visitor&& visit) {
+  for (const SuiteRequirement& one : suite.require) visit(one.requirement, suite_case.name != suite.baseline);
+  for (const SuiteRequirement& one : suite_case.requirements) visit(one.requirement, true);
+  for (const PublishedRow& row : suite_case.published)
+    if (row.proof) visit(row.proof->requirement, true);
+}
+
+void add_figure(std::vector<FigureReference>& figures, const FigureReference& figure) {
+  const bool is_known = std::any_of(figures.begin(), figures.end(),
+                                    [text = figure.text()](const auto& known) { return known.text() == text; });
+  if (!is_known) figures.push_back(figure);
+}
+
+}  // namespace
+
+std::vector<std::vector<FigureReference>> list_asked_figures(const Suite& suite) {
+  std::vector<std::vector<FigureReference>> asked(suite.cases.size());
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < suite.cases.size(); ++i) index[suite.cases[i].name] = i;
+  const auto add = [&](const FigureReference& figure, std::optional<std::size_t> own_case) {
+    if (!figure.run.empty())
+      add_figure(asked[index.at(figure.run)], figure);
+    else if (own_case)
+      add_figure(asked[*own_case], figure);
+  };
+  for (const SuiteRequirement& one : suite.require)
+    for (const FigureReference& figure : list_figures(one.requirement)) {
+      if (!figure.run.empty()) add(figure, std::nullopt);
+      for (std::size_t i = 0; figure.run.empty() && i < suite.cases.size(); ++i)
+        if (suite.cases[i].name != suite.baseline) add(figure, i);
+    }
+  for (std::size_t i = 0; i < suite.cases.size(); ++i) {
+    const SuiteCase& suite_case = suite.cases[i];
+    for (const SuiteRequirement& one : suite_case.requirements)
+      for (const FigureReference& figure : list_figures(one.requirement)) add(figure, i);
+    for (const PublishedRow& row : suite_case.published) {
+      for (const FigureReference& figure : row.figure.figures) add(figure, i);
+      if (!row.proof) continue;
+      for (const FigureReference& figure : list_figures(row.proof->requirement)) add(figure, i);
+    }
+  }
+  return asked;
+}
+
+bool asks_for_verdict(const Suite& suite, const SuiteCase& suite_case) {
+  bool asks = false;
+  for_each_requirement_of(suite, suite_case, [&](const Requirement& requirement, bool is_own) {
+    for (const RequirementComparison& comparison : requirement.comparisons)
+      for (const FigureReference& figure : comparison.left.figures)
+        asks = asks || (!comparison.word.empty() && (figure.run.empty() ? is_own : figure.run == suite_case.name));
+  });
+  return asks;
 }
 
 Suite read_suite_file(const std::string& path) {
@@ -317,7 +407,27 @@ std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case
       make_field("controller",
                  [&suite_case](const SpecCursor& c) { suite_case.controller = c.read_word("a controller's name"); }),
       make_field("samples", [&suite_case](const SpecCursor& c) { suite_case.samples = read_samples(c); }),
-      make_field("design", [&suite_case](const SpecCursor& c) { suite_case.design = read_case_design(c); })};
+      make_field("design", [&suite_case](const SpecCursor& c) { suite_case.design = read_case_design(c); }),
+      make_field("run", [&suite_case](const SpecCursor& c) { suite_case.kind = read_case_kind(c); }),
+      make_field("goal", [&suite_case](const SpecCursor& c) { suite_case.goals = read_goals(c); }),
+      make_field("at", [&suite_case](const SpecCursor& c) { suite_case.state.at = read_state_pose(c); }),
+      make_field("rates", [&suite_case](const SpecCursor& c) { suite_case.state.rates = read_state_rates(c); }),
+      make_field("accelerations",
+                 [&suite_case](const SpecCursor& c) { suite_case.state.accelerations = read_state_rates(c); }),
+      make_field("points",
+                 [&builder, &suite_case](const SpecCursor& c) {
+                   read_case_points(c, suite_case, [&](const std::string& key, const SpecCursor& at) {
+                     record_location(suite_case, key, builder.place(at));
+                   });
+                 }),
+      make_field("solve",
+                 [&builder, &suite_case](const SpecCursor& c) {
+                   read_solved_parameters(c, suite_case, [&](const std::string& key, const SpecCursor& at) {
+                     record_location(suite_case, key, builder.place(at));
+                   });
+                 }),
+      make_field("source", [&suite_case](const SpecCursor& c) { suite_case.source.source = c.read_word("a source"); }),
+      make_field("page", [&suite_case](const SpecCursor& c) { suite_case.source.page = c.read_word("a page"); })};
 }
 
 void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& named) {
@@ -335,6 +445,7 @@ void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& nam
                 .expected = fmt::format("'spec' in case {} or in 'defaults'", quote_for_message(suite_case.name))});
   if (builder.cases.size() >= max_cases)
     named.fail({.expected = fmt::format("at most {} cases", max_cases), .found = "more"});
+  check_case(named, suite_case);
   record_location(suite_case, "", builder.place(named));
   builder.names.insert(suite_case.name);
   builder.cases.push_back(std::move(suite_case));
@@ -521,9 +632,12 @@ void read_matrix(const SpecCursor& at, SuiteBuilder& builder) {
              max_values /= std::max<std::size_t>(1, axes.parameters.back().choices.size());
            });
        }}};
-  for (Field& field : make_case_fields(builder, base))
-    if (field.name == "samples" || field.name == "design") fields.push_back(std::move(field));
-  if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design}", fields)) return;
+  for (Field& field : make_case_fields(builder, base)) {
+    const bool is_axis =
+        std::any_of(fields.begin(), fields.end(), [&](const Field& axis) { return axis.name == field.name; });
+    if (!is_axis) fields.push_back(std::move(field));
+  }
+  if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design, run}", fields)) return;
   std::vector<MatrixAxis> used_axes;
   for (const MatrixAxis* axis : {&axes.specs, &axes.trajectories, &axes.controllers})
     if (!axis->choices.empty()) used_axes.push_back(*axis);

@@ -3,6 +3,7 @@
 /// docs/suite.md.
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/interface/batch/published_row.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/motion/study/balance_goal.hpp"
 
@@ -22,10 +23,32 @@ struct CaseDesignOptions {
   std::optional<std::uint64_t> seed;
 };
 
-/// A requirement and its location in the suite, for messages: "suite.yaml:9:5: require[0]".
-struct SuiteRequirement {
-  Requirement requirement;
-  SourceLocation location;
+/// What a case computes.
+enum class CaseKind {
+  motion,      ///< a run along a trajectory, of the designed mechanism if there is a design
+  design,      ///< a design alone
+  conditions,  ///< as `balance conditions`
+  equations,   ///< as `balance equations --at`: a single state
+};
+
+/// A point fixed to a body, whose motion has figures.
+struct CasePoint {
+  std::string name, body;
+  std::string body_point;        ///< name of one of the body's points; empty: its origin, or `position`
+  std::vector<double> position;  ///< in the body's axes, in the spec's unit of length; empty: none
+};
+
+/// A state as `balance equations` takes it.
+struct CaseState {
+  std::string at, rates, accelerations;  ///< as for --at, --rates, --accelerations; empty: none
+};
+
+/// A parameter whose value is found such that a figure has a given value.
+struct SolvedParameter {
+  std::string parameter;
+  FigureExpression figure;
+  double value = 0;             ///< of the figure [SI]
+  double lower = 0, upper = 0;  ///< bracket of the parameter, as written in specs
 };
 
 struct SuiteCase {
@@ -36,7 +59,14 @@ struct SuiteCase {
   std::optional<long> samples;                                 ///< std::nullopt: as in the spec
   std::string controller;                                      ///< empty: inverse dynamics, no controller
   std::optional<CaseDesignOptions> design;                     ///< std::nullopt: the spec is simulated as it is
-  std::vector<SuiteRequirement> requirements;                  ///< of this case only
+  CaseKind kind = CaseKind::motion;
+  std::vector<Goal> goals;  ///< of conditions; empty: as in the spec
+  CaseState state;          ///< of equations
+  std::vector<CasePoint> points;
+  std::vector<SolvedParameter> solved;         ///< the last one is solved for at every value of those before it
+  std::vector<SuiteRequirement> requirements;  ///< of this case only
+  CaseSource source;
+  std::vector<PublishedRow> published;  ///< each is a requirement, too
   std::vector<std::pair<std::string, SourceLocation>>
       locations;  ///< "spec", "trajectory", "set.xg", … → "suite.yaml:4:7: cases.a.spec"
 
@@ -51,6 +81,13 @@ struct Suite {
   std::string baseline;          ///< name of a case; empty: none
   std::vector<SuiteRequirement> require;
 };
+
+/// The figures that requirements and published rows ask of each case, each once, in the order of the cases.
+std::vector<std::vector<FigureReference>> list_asked_figures(const Suite& suite);
+
+/// Whether a requirement or a published row of the case, or one of the suite's that is judged for it, refers to the
+/// verdict of its design: then an impossible design is a result.
+bool asks_for_verdict(const Suite& suite, const SuiteCase& suite_case);
 
 /// A larger number is a mistake in a matrix.
 inline constexpr std::size_t max_cases = 100'000;

@@ -156,7 +156,7 @@ void add_worst_case(MetricTable& table, const std::string& quantity) {
 }  // namespace
 
 MetricTable make_metric_table(std::string name, const RunResult& result) {
-  MetricTable table{std::move(name), result.metrics, result.energy};
+  MetricTable table{std::move(name), result.metrics, result.energy, {}};
   for (const char* quantity : {"joint_force", "joint_moment"}) add_worst_case(table, quantity);
   return table;
 }
@@ -169,6 +169,12 @@ const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
   };
   const Metric* exact = find(quantity);
   return exact != nullptr ? exact : find(to_force_name(std::string(quantity)));
+}
+
+const EvaluatedFigure* find_evaluated_figure(const MetricTable& table, std::string_view text) {
+  const auto found = std::find_if(table.figures.begin(), table.figures.end(),
+                                  [&](const EvaluatedFigure& figure) { return figure.text == text; });
+  return found == table.figures.end() ? nullptr : &*found;
 }
 
 double find_figure(const MetricTable& table, Statistic figure, std::string_view quantity) {

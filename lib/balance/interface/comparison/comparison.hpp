@@ -1,10 +1,12 @@
 #pragma once
 /// Several runs side by side, each compared with the first.
 
+#include "balance/interface/comparison/figure.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/result.hpp"
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +19,7 @@ struct MetricTable {
   std::string name;             ///< of the run: a file's stem, a case of a suite
   std::vector<Metric> metrics;  ///< in SI units; quantities that the run does not have are absent
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< as RunResult::energy [J]; NaN: missing
+  std::vector<EvaluatedFigure> figures;  ///< those that were asked for and do not follow from the above
 };
 
 /// The run's own metrics and, before those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
@@ -24,6 +27,9 @@ MetricTable make_metric_table(std::string name, const RunResult& result);
 
 /// nullptr if the run has no such quantity. Also finds a slide's force by its older name, `torque[S]`.
 const Metric* find_metric(const MetricTable& table, std::string_view quantity);
+
+/// nullptr if it was not evaluated. @param text FigureReference::text()
+const EvaluatedFigure* find_evaluated_figure(const MetricTable& table, std::string_view text);
 
 /// NaN if the run has no such quantity.
 double find_figure(const MetricTable& table, Statistic figure, std::string_view quantity);
@@ -36,6 +42,7 @@ struct NamedRun {
   std::string file;  ///< as named by the user; "": none
   std::string title, trajectory, law, drive;
   RunResult result;
+  std::shared_ptr<const Mechanism> mechanism;  ///< null: unknown; figures of bodies need it
 };
 
 /// The difference of two runs' samples of a quantity, at the samples of the run with fewer; the other is interpolated.

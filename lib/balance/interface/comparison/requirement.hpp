@@ -21,15 +21,6 @@ class RequirementError : public std::runtime_error {
   std::size_t column;  ///< in the requirement's text, from 1, in bytes
 };
 
-/// A figure that a requirement refers to.
-struct FigureReference {
-  std::optional<Statistic> figure;  ///< of `quantity`; std::nullopt: the energy
-  std::string quantity;
-  std::string run;         ///< name of the run; empty: the run that the requirement is judged for
-  std::string variable;    ///< its name in the arithmetic
-  std::size_t column = 1;  ///< where it is written, from 1
-};
-
 /// Arithmetic on figures.
 struct FigureExpression {
   std::string text;                      ///< as written
@@ -39,6 +30,7 @@ struct FigureExpression {
 
 struct RequirementComparison {
   FigureExpression left, right;
+  std::string word;  ///< of `verdict() == word`; otherwise empty
   Relation relation = Relation::at_most;
   std::size_t column = 1;  ///< where it begins, from 1
 };
@@ -65,15 +57,42 @@ struct Requirement {
 struct RunNames {
   std::vector<std::string> all;  ///< may contain any characters; a requirement must quote names that are numbers
   std::string base;              ///< the run that `base` refers to; empty: none
+  bool accepts_bare_quantities = false;  ///< `torque[J1]` is value(torque[J1]): of single states
 };
 
 /// Finds all mistakes that do not depend on the runs' quantities.
 /// @throws RequirementError: syntax, no comparison, an unknown run or function
 Requirement parse_requirement(const std::string& text, const RunNames& runs);
 
+/// Arithmetic on figures without a comparison, such as `-value(joint_velocity[X], 0.3) / 2`.
+/// @throws RequirementError
+FigureExpression parse_figure_expression(const std::string& text, const RunNames& runs);
+
+/// The value of arithmetic on figures.
+struct ExpressionAnswer {
+  double value = 0;                  ///< SI; NaN: a figure has no value
+  std::string unit;                  ///< if all figures have it and the arithmetic keeps it; otherwise empty
+  std::vector<std::string> missing;  ///< as RequirementVerdict::missing
+};
+
+/// @param run index of the table that figures without a run belong to
+/// @throws RequirementError for a figure that is a mistake in that table
+ExpressionAnswer evaluate_expression(const FigureExpression& expression, const std::vector<MetricTable>& tables,
+                                     std::size_t run);
+
 /// @param quantities those of at least one run
 /// @throws RequirementError for any other quantity, with the nearest name
 void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities);
+
+/// The same for tables in which the requirement's figures were evaluated.
+/// @throws RequirementError for a figure that is a mistake in every table that was asked for it
+void check_figures(const Requirement& requirement, const std::vector<MetricTable>& tables);
+
+/// All figures of a requirement, in the order of appearance.
+std::vector<FigureReference> list_figures(const Requirement& requirement);
+
+/// Whether a comparison of the requirement is `verdict() == word` or `verdict() != word`.
+bool refers_to_verdict(const Requirement& requirement);
 
 /// A quantity that a run does not have is NaN and reported by the verdict: its comparison never holds.
 /// @param tables of all runs that the requirement names, and of the run that figures without a name belong to

@@ -2,6 +2,8 @@
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/expression/expression_parser.hpp"
+#include "balance/interface/comparison/figure_parser.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
 
@@ -31,6 +33,17 @@ class RequirementParser {
     check_parentheses();
     parse_logical({0, tokens_.size()});
     return std::move(requirement_);
+  }
+
+  FigureExpression parse_arithmetic() {
+    check_parentheses();
+    const TokenRange all{0, tokens_.size()};
+    for (std::size_t i = 0; i < tokens_.size(); ++i)
+      if (tokens_[i].kind == Kind::relation || tokens_[i].kind == Kind::logical_and ||
+          tokens_[i].kind == Kind::logical_or)
+        fail(column(i), fmt::format("expected arithmetic without comparisons, found {}", describe_token(i)));
+    if (is_verdict_side(all)) fail(1, "verdict() is a word, not a number: it is for requirements");
+    return parse_side(all, nullptr);
   }
 
  private:
@@ -112,15 +125,39 @@ class RequirementParser {
     RequirementComparison comparison;
     comparison.column = column(span.begin);
     comparison.relation = relation(tokens_[relation_index].text);
+    if (is_verdict_side(span)) return compare_verdict(span, relation_index, std::move(comparison));
     const FigureReference* default_figure = first_figure(span);
     comparison.left = parse_side({span.begin, relation_index}, default_figure);
     comparison.right = parse_side({relation_index + 1, span.end}, default_figure);
     return comparison;
   }
 
+  /// Whether a side of a comparison contains verdict().
+  bool is_verdict_side(TokenRange span) const {
+    return std::any_of(tokens_.begin() + static_cast<std::ptrdiff_t>(span.begin),
+                       tokens_.begin() + static_cast<std::ptrdiff_t>(span.end), [](const RequirementToken& token) {
+                         return token.kind == Kind::word || (token.kind == Kind::figure &&
+                                                             token.figure.function == find_figure_function("verdict"));
+                       });
+  }
+
+  RequirementComparison compare_verdict(TokenRange span, std::size_t relation_index, RequirementComparison comparison) {
+    const bool is_complete = span.end - span.begin == 3 && relation_index == span.begin + 1 &&
+                             tokens_[span.begin].kind == Kind::figure && tokens_[span.begin + 2].kind == Kind::word &&
+                             (comparison.relation == Relation::equal || comparison.relation == Relation::unequal);
+    if (!is_complete)
+      fail(column(span.begin), fmt::format("verdict() is compared with one word, verdict() == proved-best or verdict() "
+                                           "!= impossible, found {}",
+                                           quote_for_message(source(span))));
+    comparison.left = parse_side({span.begin, relation_index}, nullptr);
+    comparison.word = tokens_[span.begin + 2].text;
+    comparison.right.text = comparison.word;
+    return comparison;
+  }
+
   static Relation relation(const std::string& text) {
-    for (const Relation candidate :
-         {Relation::less, Relation::at_most, Relation::greater, Relation::at_least, Relation::equal}) {
+    for (const Relation candidate : {Relation::less, Relation::at_most, Relation::greater, Relation::at_least,
+                                     Relation::equal, Relation::unequal}) {
       if (text == relation_symbol(candidate)) return candidate;
     }
     return Relation::at_most;  // the lexer produces no others
@@ -194,48 +231,54 @@ Requirement parse_requirement_tokens(const std::vector<RequirementToken>& tokens
   return RequirementParser(tokens, text, runs).parse();
 }
 
+FigureExpression parse_expression_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
+                                         const RunNames& runs) {
+  return RequirementParser(tokens, text, runs).parse_arithmetic();
+}
+
 namespace {
 
 using Kind = RequirementToken::Kind;
 
-struct FigureFunction {
-  const char* name;
-  std::optional<Statistic> figure;
-};
-
-const std::array<FigureFunction, 5> figure_functions{{{"peak", Statistic::peak},
-                                                      {"rms", Statistic::rms},
-                                                      {"mean", Statistic::mean},
-                                                      {"range", Statistic::range},
-                                                      {"energy", std::nullopt}}};
-
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
-/// Non-ASCII bytes belong to names.
-bool is_name_byte(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & 0x80) != 0; }
-
-class RequirementLexer {
+class RequirementLexer : FigureScanner {
  public:
-  RequirementLexer(const std::string& text, const RunNames& runs) : text_(text), runs_(runs), names_(runs.all) {
-    if (!runs.base.empty()) names_.emplace_back("base");
-  }
+  using FigureScanner::FigureScanner;
 
   std::vector<RequirementToken> split() {
     std::vector<RequirementToken> tokens;
-    for (skip_space(); position_ < text_.size(); skip_space()) tokens.push_back(next());
+    for (skip_space(); position_ < text_.size(); skip_space()) {
+      tokens.push_back(is_word_expected(tokens) ? verdict_word() : next());
+      compares_verdict_ = is_verdict(tokens.back());
+    }
     return tokens;
   }
 
  private:
-  [[noreturn]] static void fail(std::size_t offset, const std::string& message) {
-    throw RequirementError(offset + 1, message);
+  static bool is_verdict(const RequirementToken& token) {
+    return token.kind == Kind::figure && token.figure.function == find_figure_function("verdict");
   }
 
-  void skip_space() {
-    while (position_ < text_.size() && is_space(text_[position_])) ++position_;
+  /// Whether the tokens so far end with `verdict() ==`.
+  static bool is_word_expected(const std::vector<RequirementToken>& tokens) {
+    return tokens.size() > 1 && tokens.back().kind == Kind::relation && is_verdict(tokens[tokens.size() - 2]);
   }
 
-  bool starts_with(std::string_view prefix) const { return text_.compare(position_, prefix.size(), prefix) == 0; }
+  RequirementToken verdict_word() {
+    const std::size_t begin = position_;
+    std::string word;
+    if (starts_with("'") || starts_with("\"")) {
+      word = take_quoted();
+    } else {
+      while (position_ < text_.size() && (is_name_byte(text_[position_]) || text_[position_] == '-')) ++position_;
+      word = text_.substr(begin, position_ - begin);
+    }
+    const std::vector<std::string>& words = design_verdict_words();
+    if (std::find(words.begin(), words.end(), word) == words.end())
+      fail(begin,
+           fmt::format("expected a verdict ({}), found {}{}", join_alternatives(words),
+                       word.empty() ? describe_rest() : quote_for_message(word), append_nearest_name(word, words)));
+    return {Kind::word, word, begin, position_, {}};
+  }
 
   RequirementToken make_token(Kind kind, std::size_t length) {
     RequirementToken token{kind, text_.substr(position_, length), position_, position_ + length, {}};
@@ -251,6 +294,7 @@ class RequirementLexer {
     if (is_name_byte(c)) return name();
     if (starts_with("&&")) return make_token(Kind::logical_and, 2);
     if (starts_with("||")) return make_token(Kind::logical_or, 2);
+    if (compares_verdict_ && starts_with("!=")) return make_token(Kind::relation, 2);
     for (const char* relation : {"<=", ">=", "==", "<", ">"}) {
       if (starts_with(relation)) return make_token(Kind::relation, std::string_view(relation).size());
     }
@@ -265,15 +309,6 @@ class RequirementLexer {
     RequirementToken token{Kind::run, take_quoted(), begin, position_, {}};
     check_run(token.text, begin);
     return token;
-  }
-
-  /// The text between two equal quotation marks.
-  std::string take_quoted() {
-    const std::size_t close = text_.find(text_[position_], position_ + 1);
-    if (close == std::string::npos) fail(position_, "the quote is not closed");
-    std::string content = text_.substr(position_ + 1, close - position_ - 1);
-    position_ = close + 1;
-    return content;
   }
 
   /// Length of the longest run name at the current position; 0 if there is none. A number is a number even if a run has
@@ -295,26 +330,7 @@ class RequirementLexer {
   static bool is_function_name(const std::string& name) {
     const auto& functions = function_names();
     return std::find(functions.begin(), functions.end(), name) != functions.end() ||
-           std::any_of(figure_functions.begin(), figure_functions.end(),
-                       [&](const FigureFunction& function) { return name == function.name; });
-  }
-
-  /// Length of the digits, point and exponent at the current position.
-  std::size_t number_length() const {
-    std::size_t end = position_;
-    const auto digits = [&](std::size_t from) {
-      while (from < text_.size() && is_digit(text_[from])) ++from;
-      return from;
-    };
-    end = digits(end);
-    if (end < text_.size() && text_[end] == '.') end = digits(end + 1);
-    if (end == position_ || (end == position_ + 1 && text_[position_] == '.')) return 0;
-    if (end < text_.size() && (text_[end] == 'e' || text_[end] == 'E')) {
-      const bool sign = end + 1 < text_.size() && (text_[end + 1] == '+' || text_[end + 1] == '-');
-      const std::size_t exponent = end + (sign ? 2 : 1);
-      if (digits(exponent) > exponent) end = digits(exponent);
-    }
-    return end - position_;
+           find_figure_function(name) != nullptr;
   }
 
   RequirementToken number() {
@@ -332,112 +348,48 @@ class RequirementLexer {
     if (after != std::string::npos && text_[after] == '(') return call(identifier, after);
     if (identifier == "pi") return make_token(Kind::constant, identifier.size());
     const bool quantity = after != std::string::npos && text_[after] == '[';
+    if (quantity && runs_.accepts_bare_quantities) return bare_quantity();
     if (quantity)
-      fail(position_, fmt::format("{} is a quantity: peak({}[…]), rms, mean or range of it", identifier, identifier));
+      fail(position_, fmt::format("{} is a quantity: peak({}[…]), value({}[…], end), rms, mean, range, minimum or "
+                                  "maximum of it",
+                                  identifier, identifier, identifier));
     check_run(identifier, position_);
     return make_token(Kind::run, identifier.size());
   }
 
   RequirementToken call(const std::string& identifier, std::size_t parenthesis) {
-    for (const FigureFunction& function : figure_functions) {
-      if (identifier == function.name) return figure(function, parenthesis);
+    if (const FigureFunction* function = find_figure_function(identifier)) {
+      RequirementToken token{Kind::figure, "", position_, position_, {}};
+      token.figure = read_call(*function, parenthesis);
+      return finish_figure(std::move(token));
     }
     const auto& functions = function_names();
     if (std::find(functions.begin(), functions.end(), identifier) != functions.end())
       return make_token(Kind::function, identifier.size());
     std::vector<std::string> names;
-    for (const FigureFunction& function : figure_functions) names.emplace_back(function.name);
+    for (const FigureFunction& function : figure_functions()) names.emplace_back(function.name);
     const std::string figure_names = join_alternatives(names);
     names.insert(names.end(), functions.begin(), functions.end());
     fail(position_, fmt::format("{} is not a function: {}, or arithmetic{}", quote_for_message(identifier),
                                 figure_names, append_nearest_name(identifier, names)));
   }
 
-  /// `peak(torque[A1], base)`, starting at its name; a quantity may contain anything in its brackets.
-  RequirementToken figure(const FigureFunction& function, std::size_t parenthesis) {
-    const std::size_t begin = position_;
-    RequirementToken token{Kind::figure, "", begin, begin, {}};
-    token.figure.figure = function.figure;
-    token.figure.column = begin + 1;
-    position_ = parenthesis + 1;
-    skip_space();
-    if (function.figure) {
-      token.figure.column = position_ + 1;
-      token.figure.quantity = quantity(function.name);
-      skip_space();
-      if (starts_with(",")) {
-        ++position_;
-        skip_space();
-        token.figure.run = run_argument();
-      }
-    } else if (!starts_with(")")) {
-      token.figure.run = run_argument();
-    }
-    skip_space();
-    if (position_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
-    if (!starts_with(")"))
-      fail(position_, fmt::format("expected ')' after the argument of {}, found {}", function.name, describe_rest()));
-    token.end = ++position_;
-    token.text = text_.substr(begin, token.end - begin);
+  /// `torque[J1]` for `value(torque[J1])`.
+  RequirementToken bare_quantity() {
+    RequirementToken token{Kind::figure, "", position_, position_, {}};
+    token.figure.function = find_figure_function("value");
+    token.figure.column = position_ + 1;
+    token.figure.quantity = read_quantity("value");
+    return finish_figure(std::move(token));
+  }
+
+  RequirementToken finish_figure(RequirementToken token) const {
+    token.end = position_;
+    token.text = text_.substr(token.begin, token.end - token.begin);
     return token;
   }
 
-  std::string quantity(const char* figure) {
-    const std::size_t begin = position_;
-    while (position_ < text_.size() && (is_name_byte(text_[position_]) || text_[position_] == '.')) ++position_;
-    if (position_ == begin)
-      fail(begin, fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure,
-                              describe_rest()));
-    if (position_ < text_.size() && text_[position_] == '[') {
-      const std::size_t close = text_.find(']', position_);
-      if (close == std::string::npos) fail(position_, "the bracket is not closed");
-      position_ = close + 1;
-    }
-    return text_.substr(begin, position_ - begin);
-  }
-
-  /// The name of a run, up to the end of the call.
-  std::string run_argument() {
-    const std::size_t begin = position_;
-    if (position_ < text_.size() && (text_[position_] == '\'' || text_[position_] == '"')) {
-      std::string name = take_quoted();
-      check_run(name, begin);
-      return resolve(name);
-    }
-    std::size_t end = std::min(text_.find(')', position_), text_.size());
-    // Names may contain parentheses themselves.
-    for (const std::string& name : names_) {
-      if (starts_with(name) && position_ + name.size() > end) end = position_ + name.size();
-    }
-    while (end > begin && is_space(text_[end - 1])) --end;
-    const std::string name = text_.substr(begin, end - begin);
-    if (name.empty()) fail(begin, "expected the name of a run, found " + describe_rest());
-    check_run(name, begin);
-    position_ = end;
-    return resolve(name);
-  }
-
-  std::string resolve(const std::string& name) const {
-    return name == "base" && !runs_.base.empty() ? runs_.base : name;
-  }
-
-  void check_run(const std::string& name, std::size_t offset) const {
-    if (std::find(names_.begin(), names_.end(), name) != names_.end()) return;
-    if (names_.empty())
-      fail(offset,
-           fmt::format("{} is neither a number nor a figure: there are no other runs", quote_for_message(name)));
-    fail(offset, fmt::format("no run is called {}: {}{}", quote_for_message(name), join_alternatives(names_),
-                             append_nearest_name(name, names_)));
-  }
-
-  std::string describe_rest() const {
-    return position_ == text_.size() ? "the end" : quote_for_message(text_.substr(position_));
-  }
-
-  const std::string& text_;
-  const RunNames& runs_;
-  std::vector<std::string> names_;
-  std::size_t position_ = 0;
+  bool compares_verdict_ = false;  ///< the last token was verdict()
 };
 
 }  // namespace

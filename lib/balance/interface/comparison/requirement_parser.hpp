@@ -17,7 +17,8 @@ struct RequirementToken {
     function,     ///< sqrt; its parenthesis is a separate token
     constant,     ///< pi
     symbol,       ///< + - * / ^ ( ) ,
-    relation,     ///< < <= > >= ==
+    relation,     ///< < <= > >= ==, and != after verdict()
+    word,         ///< a verdict: proved-best
     logical_and,  ///< &&
     logical_or,   ///< ||
   };
@@ -36,5 +37,9 @@ std::vector<RequirementToken> tokenise_requirement(const std::string& text, cons
 /// Parses the tokens. @throws RequirementError if they do not form a requirement
 Requirement parse_requirement_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
                                      const RunNames& runs);
+
+/// Parses tokens without a relation. @throws RequirementError if they are not arithmetic
+FigureExpression parse_expression_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
+                                         const RunNames& runs);
 
 }  // namespace balance::specification

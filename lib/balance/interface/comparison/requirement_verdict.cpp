@@ -13,8 +13,15 @@ namespace {
 constexpr double requirement_equality_tolerance =
     1e-9;  // above the round-off of a run, far below any manufacturing tolerance
 
+/// Whether one of several words, separated by spaces, is the given one.
+bool contains_word(const std::string& words, const std::string& word) {
+  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
+}
+
 /// Ranks comparisons to find the deciding one; a missing number ranks lowest.
 double relative_margin(const JudgedComparison& judged) {
+  if (!judged.word.empty())
+    return judged.holds() ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
   const double percent = judged.margin_percent();
   if (!std::isnan(percent)) return percent;
   const double margin = judged.margin();
@@ -39,11 +46,13 @@ const char* relation_symbol(Relation relation) {
     case Relation::greater: return ">";
     case Relation::at_least: return ">=";
     case Relation::equal: return "==";
+    case Relation::unequal: return "!=";
   }
   return "?";
 }
 
 bool JudgedComparison::holds() const {
+  if (!word.empty()) return !words.empty() && contains_word(words, word) == (relation == Relation::equal);
   switch (relation) {
     case Relation::less: return left < right;
     case Relation::at_most: return left <= right;
@@ -52,6 +61,7 @@ bool JudgedComparison::holds() const {
     case Relation::equal:
       return left == right ||
              std::abs(left - right) <= requirement_equality_tolerance * std::max(std::abs(left), std::abs(right));
+    case Relation::unequal: return false;  // of words only
   }
   return false;
 }
@@ -63,7 +73,8 @@ double JudgedComparison::margin() const {
     case Relation::at_most: return right - left;
     case Relation::greater:
     case Relation::at_least: return left - right;
-    case Relation::equal: return -std::abs(left - right);
+    case Relation::equal:
+    case Relation::unequal: return -std::abs(left - right);
   }
   return std::numeric_limits<double>::quiet_NaN();
 }
@@ -85,6 +96,9 @@ std::string describe_verdict(const RequirementVerdict& verdict) {
   if (!verdict.holds && !verdict.missing.empty()) return fmt::format("{}", fmt::join(verdict.missing, ", "));
   const JudgedComparison* judged = verdict.deciding_comparison();
   if (judged == nullptr) return verdict.holds ? "holds" : "missed";
+  if (!judged->word.empty())
+    return fmt::format("{}the verdict is {}{}", verdict.holds ? "holds: " : "", judged->words,
+                       verdict.holds || judged->relation == Relation::unequal ? "" : ", not " + judged->word);
   const auto format_value = [&](double value) {
     return fmt::format("{:.6g}{}{}", value, judged->unit.empty() ? "" : " ", judged->unit);
   };

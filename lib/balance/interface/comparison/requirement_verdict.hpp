@@ -6,7 +6,7 @@
 
 namespace balance {
 
-enum class Relation { less, at_most, greater, at_least, equal };
+enum class Relation { less, at_most, greater, at_least, equal, unequal };
 
 const char* relation_symbol(Relation relation);  ///< "<", "<=", …
 
@@ -16,6 +16,7 @@ struct JudgedComparison {
   Relation relation = Relation::at_most;
   double left = 0, right = 0;  ///< SI; NaN if a run does not have a quantity
   std::string unit;            ///< of both; empty if they have no common unit
+  std::string words, word;     ///< of `verdict() == word`: the verdict's words, separated by spaces; otherwise empty
 
   /// False with NaN. Equal means within one part in 10^9, so that round-off does not break a build.
   bool holds() const;

@@ -1,5 +1,6 @@
 #include "balance/interface/comparison/sample_difference.hpp"
 
+#include "balance/interface/comparison/sampled_curve.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 
@@ -110,9 +111,7 @@ std::vector<std::pair<std::string, Difference>> list_differences(const RunResult
 
 namespace {
 
-constexpr double jump_slope_ratio = 10;         // times its neighbours': smooth samples worth comparing never come near
 constexpr double sample_time_tolerance = 1e-9;  // of the whole time
-constexpr double jump_epsilon = 1e-9;           // of the largest sample: steps of round-off are no jumps
 constexpr Eigen::Index stencil_size = 4;        // number of samples that an interpolated value uses
 
 }  // namespace
@@ -125,26 +124,8 @@ SampleInterpolant::SampleInterpolant(VectorX time, const Samples& samples, int f
 VectorX SampleInterpolant::row(Eigen::Index k) const { return samples_.row(k).segment(first_, count_).transpose(); }
 
 void SampleInterpolant::find_jumps() {
-  const Eigen::Index n = time_.size();
-  VectorX step(std::max<Eigen::Index>(n, 1)), slope(step.size());
-  step[0] = slope[0] = 0;
-  double largest = 0;
-  for (Eigen::Index k = 0; k < n; ++k) largest = std::max(largest, row(k).norm());
-  for (Eigen::Index k = 1; k < n; ++k) {
-    step[k] = (row(k) - row(k - 1)).norm();
-    slope[k] = step[k] / (time_[k] - time_[k - 1]);
-  }
-  piece_begins_ = {0};
-  for (Eigen::Index k = 1; k < n; ++k) {
-    // Two neighbouring steps, because a single one may happen to be flat.
-    const Eigen::Index from = std::clamp<Eigen::Index>(k - 1, 1, std::max<Eigen::Index>(n - 3, 1));
-    double neighbour_slope = 0;
-    for (Eigen::Index i = from; i < std::min(from + 3, n); ++i)
-      neighbour_slope = i == k ? neighbour_slope : std::max(neighbour_slope, slope[i]);
-    if (n > 3 && step[k] > jump_epsilon * largest && slope[k] > jump_slope_ratio * neighbour_slope)
-      piece_begins_.push_back(k);
-  }
-  piece_begins_.push_back(n);
+  piece_begins_ = find_piece_begins(time_, samples_, first_, count_, 0, time_.size());
+  piece_begins_.push_back(time_.size());
 }
 
 std::optional<VectorX> SampleInterpolant::evaluate(double time) const {

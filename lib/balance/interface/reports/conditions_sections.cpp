@@ -4,10 +4,10 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/text_table.hpp"
-#include "balance/interface/reports/status_names.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -5,12 +5,12 @@
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
-#include "balance/interface/reports/status_names.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
 

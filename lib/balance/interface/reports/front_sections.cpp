@@ -8,7 +8,7 @@
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
-#include "balance/interface/reports/status_names.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
 

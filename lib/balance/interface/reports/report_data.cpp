@@ -1,13 +1,13 @@
 #include "balance/interface/reports/report_data.hpp"
 
 #include "balance/foundation/base/error.hpp"
-#include "balance/interface/reports/status_names.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/design/condition_dependence.hpp"
+#include "balance/synthesis/design/status_names.hpp"
 
 #include <limits>
 

@@ -1,7 +1,9 @@
 #include "balance/interface/specification/spec_units.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/spelling.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -36,7 +38,70 @@ constexpr NamedUnit angle_units[]{
     {"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 180}, {"turn", 2 * std::numbers::pi}};
 constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
 
+/// Units that a spec does not choose but that numbers are printed in.
+constexpr NamedUnit derived_units[]{{"J", 1},  {"kJ", 1e3}, {"W", 1},    {"kW", 1e3},
+                                    {"Hz", 1}, {"1", 1},    {"%", 0.01}, {"rpm", 2 * std::numbers::pi / 60}};
+
+const NamedUnit* find_unit(const std::string& name) {
+  for (const std::span<const NamedUnit> units :
+       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
+        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
+        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
+    for (const NamedUnit& unit : units)
+      if (name == unit.name) return &unit;
+  return nullptr;
+}
+
+std::vector<std::string> list_unit_names() {
+  std::vector<std::string> names;
+  for (const std::span<const NamedUnit> units :
+       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
+        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
+        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
+    for (const NamedUnit& unit : units) names.emplace_back(unit.name);
+  return names;
+}
+
 }  // namespace
+
+double read_unit_product(const SpecCursor& cursor) {
+  const std::string expectation = "a unit such as m/s, N mm, deg/s^2 or %";
+  const std::string& text = cursor.read_word(expectation);
+  double product = 1;
+  bool divides = false, is_empty = true;
+  std::size_t i = 0;
+  while (i < text.size()) {
+    if (text[i] == ' ' || text[i] == '*') {
+      ++i;
+    } else if (text[i] == '/') {
+      if (is_empty) cursor.fail_expected(expectation);
+      divides = true, is_empty = true;
+      ++i;
+    } else {
+      const std::size_t end = std::min(text.find_first_of(" */", i), text.size());
+      const std::string factor = text.substr(i, end - i);
+      const std::size_t power_mark = std::min(factor.find('^'), factor.size());
+      const std::string name = factor.substr(0, power_mark);
+      const NamedUnit* unit = find_unit(name);
+      if (unit == nullptr)
+        cursor.fail({.expected = expectation,
+                     .found = quote_for_message(name),
+                     .hint = format_nearest_name(name, list_unit_names())});
+      int power = 1;
+      if (power_mark < factor.size()) {
+        const char* const last = factor.data() + factor.size();
+        const auto [rest, error] = std::from_chars(factor.data() + power_mark + 1, last, power);
+        if (error != std::errc() || rest != last || std::abs(power) > 9)
+          cursor.fail({.expected = "a power such as ^2", .found = quote_for_message(factor)});
+      }
+      product *= elementary::pow(unit->value, divides ? -power : power);
+      is_empty = false;
+      i = end;
+    }
+  }
+  if (is_empty) cursor.fail_expected(expectation);
+  return product;
+}
 
 Dimension dimension_of_unit(const std::string& unit) {
   using namespace dimension;

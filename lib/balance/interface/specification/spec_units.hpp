@@ -59,4 +59,8 @@ struct Units : DisplayUnits {
 /// Reads `units: {length: mm, mass: g, angle: deg, time: s, force: N}`.
 Units read_units(const SpecCursor& section);
 
+/// SI value of a product of units: "m/s", "N mm", "deg/s^2", "kg m^2", "%". What follows a slash divides, up to the next
+/// slash. Fails with the nearest name of a unit.
+double read_unit_product(const SpecCursor& unit);
+
 }  // namespace balance::specification

@@ -11,44 +11,106 @@
 namespace balance {
 namespace {
 
-/// Pose of a body in the world.
-struct WorldFrame {
-  Matrix3 rotation = Matrix3::Identity();
-  Vector3 origin = Vector3::Zero();
+/// One of the successive displacements of a joint, in the axes that those before it have turned.
+struct JointStep {
+  enum class Kind { rotation, slide, offset };
+  Kind kind;
+  Vector3 axis;        ///< of an offset: the displacement itself
+  int coordinate = 0;  ///< of the joint; an offset has none
 };
 
-/// Displacement by a joint's coordinates: from its point on the first body to that on the second, and the rotation,
-/// both in the first body's axes.
-struct Displacement {
-  Matrix3 rotation = Matrix3::Identity();
-  Vector3 translation = Vector3::Zero();
-};
-
-Displacement displace(const Joint& joint, const double* q) {
-  const Vector3& u = joint.axis;
+/// From the joint's point on the first body to that on the second, in the first body's axes.
+std::vector<JointStep> list_joint_displacements(const Joint& joint) {
+  const auto rotation = [](const Vector3& axis, int k) { return JointStep{JointStep::Kind::rotation, axis, k}; };
+  const auto slide = [](const Vector3& axis, int k) { return JointStep{JointStep::Kind::slide, axis, k}; };
+  const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
+  const Vector3 &u = joint.axis, &v = joint.axis2;
   switch (joint.type) {
     case JointType::fixed: return {};
-    case JointType::revolute: return {rotation_about(u, q[0]), Vector3::Zero()};
-    case JointType::prismatic: return {Matrix3::Identity(), q[0] * u};
-    case JointType::pin_slot: return {rotation_about(Vector3::UnitZ(), q[1]), q[0] * u};
-    case JointType::cylindrical: return {rotation_about(u, q[0]), q[1] * u};
-    case JointType::universal: return {rotation_about(u, q[0]) * rotation_about(joint.axis2, q[1]), Vector3::Zero()};
-    case JointType::spherical:
-      return {rotation_about(Vector3::UnitX(), q[0]) * rotation_about(Vector3::UnitY(), q[1]) *
-                  rotation_about(Vector3::UnitZ(), q[2]),
-              Vector3::Zero()};
-    case JointType::planar: return {rotation_about(u, q[2]), q[0] * joint.axis2 + q[1] * u.cross(joint.axis2)};
-    case JointType::rolling_disc: {
-      const Vector3 v = joint.axis2, w = u.cross(v);
-      const Matrix3 leaning = rotation_about(u, q[2]) * rotation_about(v, q[3]);
-      return {leaning * rotation_about(w, q[4]), q[0] * v + q[1] * w + leaning * (joint.radius * u)};
-    }
+    case JointType::revolute: return {rotation(u, 0)};
+    case JointType::prismatic: return {slide(u, 0)};
+    case JointType::pin_slot: return {slide(u, 0), rotation(z, 1)};
+    case JointType::cylindrical: return {slide(u, 1), rotation(u, 0)};
+    case JointType::universal: return {rotation(u, 0), rotation(v, 1)};
+    case JointType::spherical: return {rotation(x, 0), rotation(y, 1), rotation(z, 2)};
+    case JointType::planar: return {slide(v, 0), slide(u.cross(v), 1), rotation(u, 2)};
+    case JointType::rolling_disc:
+      return {slide(v, 0),
+              slide(u.cross(v), 1),
+              rotation(u, 2),
+              rotation(v, 3),
+              {JointStep::Kind::offset, joint.radius * u},
+              rotation(u.cross(v), 4)};
     case JointType::rolling_sphere:
-      return {rotation_about(Vector3::UnitX(), q[2]) * rotation_about(Vector3::UnitY(), q[3]) *
-                  rotation_about(Vector3::UnitZ(), q[4]),
-              q[0] * joint.axis2 + q[1] * u.cross(joint.axis2) + joint.radius * u};
+      return {slide(v, 0),    slide(u.cross(v), 1), {JointStep::Kind::offset, joint.radius * u},
+              rotation(x, 2), rotation(y, 3),       rotation(z, 4)};
   }
   return {};
+}
+
+/// Motion of the second body's frame as seen from the first body.
+BodyMotion joint_motion(const Joint& joint, const double* q, const double* dq, const double* ddq) {
+  BodyMotion motion;
+  for (const JointStep& step : list_joint_displacements(joint)) {
+    const Vector3 axis = motion.rotation * step.axis;
+    const Vector3 &w = motion.angular_velocity, &alpha = motion.angular_acceleration;
+    switch (step.kind) {
+      case JointStep::Kind::rotation: {
+        const Vector3 relative = dq[step.coordinate] * axis;
+        motion.angular_acceleration += ddq[step.coordinate] * axis + w.cross(relative);
+        motion.angular_velocity += relative;
+        motion.rotation = motion.rotation * rotation_about(step.axis, q[step.coordinate]);
+        break;
+      }
+      case JointStep::Kind::slide: {
+        const Vector3 d = motion.rotation * (q[step.coordinate] * step.axis), relative = dq[step.coordinate] * axis;
+        motion.position += d;
+        motion.velocity += relative + w.cross(d);
+        motion.acceleration +=
+            ddq[step.coordinate] * axis + 2 * w.cross(relative) + alpha.cross(d) + w.cross(w.cross(d));
+        break;
+      }
+      case JointStep::Kind::offset:
+        motion.position += axis;
+        motion.velocity += w.cross(axis);
+        motion.acceleration += alpha.cross(axis) + w.cross(w.cross(axis));
+        break;
+    }
+  }
+  motion.rotation = motion.rotation * joint.rotation;
+  return motion;
+}
+
+/// The motion of a frame given in a moving body's axes, as seen in the world.
+BodyMotion compose(const BodyMotion& body, const BodyMotion& frame) {
+  const Vector3 &w = body.angular_velocity, &alpha = body.angular_acceleration;
+  const Vector3 d = body.rotation * frame.position, slip = body.rotation * frame.velocity,
+                turn = body.rotation * frame.angular_velocity;
+  BodyMotion motion;
+  motion.rotation = body.rotation * frame.rotation;
+  motion.position = body.position + d;
+  motion.velocity = body.velocity + slip + w.cross(d);
+  motion.acceleration =
+      body.acceleration + body.rotation * frame.acceleration + 2 * w.cross(slip) + alpha.cross(d) + w.cross(w.cross(d));
+  motion.angular_velocity = w + turn;
+  motion.angular_acceleration = alpha + body.rotation * frame.angular_acceleration + w.cross(turn);
+  return motion;
+}
+
+/// The motion of a body as seen from a frame, from that of the frame as seen from the body.
+BodyMotion invert(const BodyMotion& frame) {
+  const Matrix3 back = frame.rotation.transpose();
+  const Vector3 &w = frame.angular_velocity, &alpha = frame.angular_acceleration;
+  // R_t r = −p, differentiated twice in the body's axes
+  BodyMotion motion;
+  motion.rotation = back;
+  motion.position = -(back * frame.position);
+  motion.velocity = -(back * (frame.velocity - w.cross(frame.position)));
+  motion.acceleration = -(back * (frame.acceleration - alpha.cross(frame.position) - 2 * w.cross(frame.velocity) +
+                                  w.cross(w.cross(frame.position))));
+  motion.angular_velocity = -(back * w);
+  motion.angular_acceleration = -(back * alpha);
+  return motion;
 }
 
 /// A joint on the path from the ground to a body.
@@ -85,39 +147,53 @@ std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
   return steps;
 }
 
-void propagate_pose(const TreeStep& step, const Joint& joint, const double* q, std::vector<WorldFrame>& frames) {
-  const Displacement d = displace(joint, q + step.first_coordinate);
-  const Matrix3 rotation = d.rotation * joint.rotation;  // of the second body's frame in the first body's frame
-  const Vector3 origin = joint.point_first + d.translation - rotation * joint.point_second;
-  WorldFrame &first = frames[static_cast<std::size_t>(joint.first)],
-             &second = frames[static_cast<std::size_t>(joint.second)];
-  if (step.forward) {
-    second.rotation = first.rotation * rotation;
-    second.origin = first.origin + first.rotation * origin;
-  } else {
-    first.rotation = second.rotation * rotation.transpose();
-    first.origin = second.origin - first.rotation * origin;
-  }
+/// Motion of the second body's frame as seen from the first body, the joint's points included.
+BodyMotion motion_between_bodies(const Joint& joint, const double* q, const double* dq, const double* ddq) {
+  BodyMotion motion = joint_motion(joint, q, dq, ddq);
+  const Vector3 back = motion.rotation * joint.point_second;
+  const Vector3 &w = motion.angular_velocity, &alpha = motion.angular_acceleration;
+  motion.position = joint.point_first + motion.position - back;
+  motion.velocity -= w.cross(back);
+  motion.acceleration -= alpha.cross(back) + w.cross(w.cross(back));
+  return motion;
+}
+
+void propagate_motion(const TreeStep& step, const Joint& joint, const double* q, const double* dq, const double* ddq,
+                      std::vector<BodyMotion>& bodies) {
+  const Eigen::Index k = step.first_coordinate;
+  const BodyMotion relative = motion_between_bodies(joint, q + k, dq + k, ddq + k);
+  BodyMotion &first = bodies[static_cast<std::size_t>(joint.first)],
+             &second = bodies[static_cast<std::size_t>(joint.second)];
+  if (step.forward)
+    second = compose(first, relative);
+  else
+    first = compose(second, invert(relative));
+}
+
+void require_same_mechanism(const Mechanism& mechanism, const RunResult& result) {
+  if (result.coordinate_names.size() != mechanism.coordinates.size())
+    throw std::invalid_argument("the run belongs to another mechanism: it has other joint coordinates");
 }
 
 }  // namespace
 
 BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result) {
-  if (result.coordinate_names.size() != mechanism.coordinates.size())
-    throw std::invalid_argument("the run belongs to another mechanism: it has other joint coordinates");
+  require_same_mechanism(mechanism, result);
   const Eigen::Index rows = result.time.size(), bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
   BodyPoses poses{Samples(rows, 3 * bodies), Samples(rows, 4 * bodies)};
   const std::vector<TreeStep> steps = steps_from_ground(mechanism);
-  std::vector<WorldFrame> frames(mechanism.bodies.size());
+  std::vector<BodyMotion> bodies_at_sample(mechanism.bodies.size());
+  const std::vector<double> at_rest(mechanism.coordinates.size(), 0);
   for (Eigen::Index k = 0; k < rows; ++k) {
     const double* q = result.joint_position.row(k).data();
     for (const TreeStep& step : steps)
-      propagate_pose(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, frames);
+      propagate_motion(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, at_rest.data(), at_rest.data(),
+                       bodies_at_sample);
     for (Eigen::Index b = 0; b < bodies; ++b) {
-      const WorldFrame& frame = frames[static_cast<std::size_t>(b)];
+      const BodyMotion& frame = bodies_at_sample[static_cast<std::size_t>(b)];
       Eigen::Vector4d quaternion = quaternion_of(frame.rotation);
       if (k > 0 && poses.orientation.row(k - 1).segment<4>(4 * b).dot(quaternion) < 0) quaternion = -quaternion;
-      poses.position.row(k).segment<3>(3 * b) = frame.origin;
+      poses.position.row(k).segment<3>(3 * b) = frame.position;
       poses.orientation.row(k).segment<4>(4 * b) = quaternion;
     }
   }
@@ -146,6 +222,20 @@ void add_body_poses(const Mechanism& mechanism, RunResult& result) {
     }
   }
   clear_round_off(&RunResult::body_position, result);
+}
+
+std::vector<std::vector<BodyMotion>> body_motions(const Mechanism& mechanism, const RunResult& result,
+                                                  Eigen::Index rows) {
+  require_same_mechanism(mechanism, result);
+  const std::vector<TreeStep> steps = steps_from_ground(mechanism);
+  std::vector<std::vector<BodyMotion>> motions(static_cast<std::size_t>(rows),
+                                               std::vector<BodyMotion>(mechanism.bodies.size()));
+  for (Eigen::Index k = 0; k < rows; ++k)
+    for (const TreeStep& step : steps)
+      propagate_motion(step, mechanism.joints[static_cast<std::size_t>(step.joint)],
+                       result.joint_position.row(k).data(), result.joint_velocity.row(k).data(),
+                       result.joint_acceleration.row(k).data(), motions[static_cast<std::size_t>(k)]);
+  return motions;
 }
 
 }  // namespace balance

@@ -77,16 +77,17 @@ void zero_round_off(Metric& metric, double start) {
     metric.*statistic = suppress_round_off(metric.round_off, metric.*statistic);
 }
 
-Metric compute_metric(const MetricSeries& series, const std::vector<SampleReference>& samples) {
-  Metric metric{series.quantity, series.unit};
-  const std::vector<double> values = evaluate_series(series, samples);
+/// @param time_of time of the i-th value
+template <class TimeOf>
+Metric summarise(const std::vector<double>& values, const TimeOf& time_of) {
+  Metric metric;
   double peak = 0, low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0, last_square = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
     const double size = std::abs(values[i]), square = size * size;
     peak = std::max(peak, size);
     low = std::min(low, values[i]), high = std::max(high, values[i]);
     if (i > 0) {
-      const double half_step = (samples[i].time - samples[i - 1].time) / 2;
+      const double half_step = (time_of(i) - time_of(i - 1)) / 2;
       squares += half_step * (square + last_square);
       sum += half_step * (size + last);
     }
@@ -97,11 +98,18 @@ Metric compute_metric(const MetricSeries& series, const std::vector<SampleRefere
   const auto first_peak = std::find_if(values.begin(), values.end(),
                                        [&](double value) { return std::abs(value) >= (1 - 1e-10) * metric.peak; });
   const bool is_found = first_peak != values.end();  // otherwise all values are NaN
-  metric.peak_time = samples[is_found ? static_cast<std::size_t>(first_peak - values.begin()) : 0].time;
-  const double duration = samples.back().time - samples.front().time;
+  metric.peak_time = time_of(is_found ? static_cast<std::size_t>(first_peak - values.begin()) : 0);
+  const double duration = time_of(values.size() - 1) - time_of(0);
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
   metric.range = high - low;
+  return metric;
+}
+
+Metric compute_metric(const MetricSeries& series, const std::vector<SampleReference>& samples) {
+  Metric metric = summarise(evaluate_series(series, samples), [&](std::size_t i) { return samples[i].time; });
+  metric.quantity = series.quantity;
+  metric.unit = series.unit;
   metric.round_off = column_round_off(*samples.back().result, series.array, series.first);
   zero_round_off(metric, samples.front().time);
   return metric;
@@ -203,6 +211,13 @@ void add_metrics(RunResult& result, const IntermediateSamples& between) {
     result.metrics.insert(result.metrics.end(), member_metrics.begin(), member_metrics.end());
   }
   result.energy = integrate_power(result, samples);
+}
+
+Metric summarise_values(const std::vector<double>& values, const VectorX& times, double round_off) {
+  Metric metric = summarise(values, [&](std::size_t i) { return times[static_cast<Eigen::Index>(i)]; });
+  metric.round_off = round_off;
+  zero_round_off(metric, times[0]);
+  return metric;
 }
 
 double statistic_of(const Metric& metric, Statistic statistic) {

@@ -26,6 +26,10 @@ struct IntermediateSamples {
 
 double statistic_of(const Metric& metric, Statistic statistic);
 
+/// The metric of any values over time, without quantity and unit.
+/// @param times one per value, ascending; both sides of a jump have the same time
+Metric summarise_values(const std::vector<double>& values, const VectorX& times, double round_off);
+
 /// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule on all samples.
 void add_metrics(RunResult& result, const IntermediateSamples& between);
 

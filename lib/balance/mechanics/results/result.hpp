@@ -8,6 +8,7 @@
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +45,8 @@ struct Metric {
   double range = 0;      ///< maximum minus minimum: of the signed value for scalars, of the magnitude for vectors
   double round_off = 0;  ///< threshold below which figures are round-off (mechanics/results/round_off.hpp)
 };
+
+struct IntermediateSamples;
 
 struct RunResult {
   MotionOutcome outcome;
@@ -103,6 +106,9 @@ struct RunResult {
   std::vector<PayloadEvent> payload_events;  ///< in order of time; not read from files
   double energy = 0;                         ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
   std::optional<CorridorResult> corridor_result;  ///< if the path was optimised in a corridor; not read from files
+
+  /// The samples besides the rows that the metrics rest on: both sides of every jump; not in files. Null: unknown.
+  std::shared_ptr<const IntermediateSamples> intermediate;
 
   TermMagnitudes term_magnitudes;  ///< maxima over the run; not in files
   TermMagnitudes round_off;  ///< thresholds below which samples are round-off; the samples themselves are unchanged

@@ -229,6 +229,7 @@ class ClosedLoopRun {
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
     warn_of_tracking_loss();
+    result_.intermediate = std::make_shared<const IntermediateSamples>(std::move(intermediate_samples_));
     return std::move(result_);
   }
 

@@ -103,6 +103,7 @@ class SimulationRun {
     for (const PassiveFreedom& spin : tree_.locked_freedoms)
       result.outcome.notes.push_back(describe_locked_freedom(mechanism_, spin));
     add_payload_notes(mechanism_, plan_.prescribed_motion->duration(), result);
+    result.intermediate = std::make_shared<const IntermediateSamples>(std::move(intermediate_samples));
     return result;
   }
 

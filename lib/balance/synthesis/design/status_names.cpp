@@ -1,4 +1,6 @@
-#include "balance/interface/reports/status_names.hpp"
+#include "balance/synthesis/design/status_names.hpp"
+
+#include <algorithm>
 
 namespace balance {
 
@@ -43,6 +45,20 @@ const char* name_of(DesignMethod method) {
     case DesignMethod::geometric: return "geometric";
   }
   return "";
+}
+
+const std::vector<std::string>& design_verdict_words() {
+  static const std::vector<std::string> words = [] {
+    std::vector<std::string> all;
+    using enum DesignStatus;
+    for (const DesignStatus status : {balanced, compromise, infeasible, no_feasible_start, no_goal, unsolved})
+      all.emplace_back(name_of(status));
+    using enum Optimality;
+    for (const Optimality optimality : {proved_global, local_optimum, budget_exhausted, not_optimised})
+      if (std::find(all.begin(), all.end(), name_of(optimality)) == all.end()) all.emplace_back(name_of(optimality));
+    return all;
+  }();
+  return words;
 }
 
 }  // namespace balance

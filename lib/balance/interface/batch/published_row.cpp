@@ -1,0 +1,161 @@
+#include "balance/interface/batch/published_row.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/spec_units.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace balance {
+
+const char* name_of(PublishedVerdict verdict) { return published_verdict_names[static_cast<std::size_t>(verdict)]; }
+
+std::string describe_outcome(const PublishedOutcome& outcome) {
+  const PublishedRow& row = outcome.row;
+  const std::string unit = row.unit.empty() ? "" : " " + row.unit;
+  // as many digits as show the difference
+  std::string ours = fmt::format("{:.6g}", outcome.ours);
+  const std::string exact = fmt::format("{:.12g}", row.exact);
+  if (!outcome.holds && ours == fmt::format("{:.6g}", row.exact)) ours = fmt::format("{:.12g}", outcome.ours);
+  return fmt::format("{}{}{}, expected {} ± {:.3g}{}", outcome.holds ? "holds: " : "", ours, unit, exact, row.tolerance,
+                     unit);
+}
+
+namespace specification {
+namespace {
+
+/// Equal to the printed digits up to the round-off of decimal numbers.
+constexpr double digit_round_off = 1e-9;
+
+double read_decimal(const SpecCursor& at, std::string& text) {
+  const std::string expectation = "a number as printed, such as 6.833 or 1.2e3";
+  text = at.read_word(expectation);
+  double value = 0;
+  const std::size_t begin = text.starts_with("+") ? 1 : 0;
+  const auto [end, error] = std::from_chars(text.data() + begin, text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) at.fail_expected(expectation);
+  return value;
+}
+
+FigureExpression read_figure(const SpecCursor& at, const RunNames& names) {
+  const std::string expectation = "arithmetic of figures such as '-value(joint_velocity[X], joint_position[A] = pi/3)'";
+  const std::string& text = at.read_word(expectation);
+  try {
+    FigureExpression figure = parse_figure_expression(text, names);
+    if (figure.figures.empty()) at.fail_expected(expectation);
+    return figure;
+  } catch (const RequirementError& error) {
+    at.fail({.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
+  }
+}
+
+SuiteRequirement read_proof(const SpecCursor& at, const RunNames& names, const std::string& file) {
+  const std::string expectation = "a requirement such as 'verdict() == proved-best'";
+  const std::string& text = at.read_word(expectation);
+  try {
+    return {parse_requirement(text, names), {file, at.node().place.line, at.node().place.column, at.path()}};
+  } catch (const RequirementError& error) {
+    at.fail({.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
+  }
+}
+
+/// Fails where the verdict contradicts the numbers.
+void check_verdict(const SpecCursor& at, const PublishedRow& row, bool has_exact, double half_printed_digit,
+                   bool has_proof) {
+  using enum PublishedVerdict;
+  const double difference = std::abs(row.printed - row.exact);
+  const bool agrees = difference <= half_printed_digit * (1 + digit_round_off) + digit_round_off * std::abs(row.exact);
+  if (row.verdict == reproduced && has_exact && !agrees)
+    at.fail(
+        {.message = fmt::format("the verdict is reproduced, but the printed number {} differs from the exact one, {}, "
+                                "by more than half of its last digit, {:.3g}",
+                                row.printed, row.exact, half_printed_digit),
+         .expected = "another verdict, or numbers that agree",
+         .found = "reproduced"});
+  if (row.verdict != reproduced && row.verdict != improved && difference == 0)
+    at.fail({.message = fmt::format("the verdict is {}, but the exact number is the printed one: give 'exact', or say "
+                                    "reproduced",
+                                    name_of(row.verdict)),
+             .expected = "reproduced, or another 'exact'",
+             .found = name_of(row.verdict)});
+  if (row.verdict == improved && !row.proof && !has_proof)
+    at.fail({.message = "the verdict is improved, which needs a proof: a requirement of the case on verdict(), or "
+                        "'proof: verdict() == proved-best' here; without proof it is best-known",
+             .expected = "a proof, or best-known",
+             .found = "improved"});
+}
+
+}  // namespace
+
+double half_last_digit(const std::string& text) {
+  const std::size_t exponent_mark = std::min(text.find_first_of("eE"), text.size());
+  const std::size_t point = text.find('.');
+  const int decimals = point < exponent_mark ? static_cast<int>(exponent_mark - point - 1) : 0;
+  int exponent = 0;
+  if (exponent_mark < text.size()) {
+    const std::size_t begin = exponent_mark + (text[exponent_mark + 1] == '+' ? 2 : 1);
+    std::from_chars(text.data() + begin, text.data() + text.size(), exponent);
+  }
+  // read as a decimal number, so that it is the nearest one
+  const std::string half = fmt::format("5e{}", exponent - decimals - 1);
+  double value = 0;
+  std::from_chars(half.data(), half.data() + half.size(), value);
+  return value;
+}
+
+PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file) {
+  PublishedRow row;
+  row.location = {file, at.node().place.line, at.node().place.column, at.path()};
+  std::string printed_text, exact_text, ignored;
+  std::optional<double> tolerance;
+  std::optional<SpecCursor> verdict;
+  const bool is_complete = read_fields(
+      at, "a published number {what, unit, printed, exact, tolerance, figure, verdict, note, proof}",
+      {{"what", Presence::required, [&](const SpecCursor& c) { row.what = c.read_word("what the number is"); }},
+       {"unit", Presence::optional,
+        [&](const SpecCursor& c) {
+          row.unit = c.read_word("a unit");
+          row.unit_value = read_unit_product(c);
+        }},
+       {"printed", Presence::required, [&](const SpecCursor& c) { row.printed = read_decimal(c, printed_text); }},
+       {"exact", Presence::optional, [&](const SpecCursor& c) { row.exact = read_decimal(c, exact_text); }},
+       {"tolerance", Presence::optional,
+        [&](const SpecCursor& c) {
+          tolerance = read_decimal(c, ignored);
+          if (*tolerance < 0) c.fail_expected("a tolerance, which is not negative");
+        }},
+       {"figure", Presence::required, [&](const SpecCursor& c) { row.figure = read_figure(c, names); }},
+       {"verdict", Presence::required,
+        [&](const SpecCursor& c) {
+          const std::vector<std::string> verdicts(published_verdict_names.begin(), published_verdict_names.end());
+          row.verdict = static_cast<PublishedVerdict>(c.read_choice("a verdict", verdicts));
+          verdict = c;
+        }},
+       {"note", Presence::optional, [&](const SpecCursor& c) { row.note = c.read_word("a sentence"); }},
+       {"proof", Presence::optional, [&](const SpecCursor& c) { row.proof = read_proof(c, names, file); }}});
+  if (!is_complete) throw CascadingError();
+  const bool has_exact = !exact_text.empty();
+  if (!has_exact) row.exact = row.printed;
+  row.tolerance = tolerance ? *tolerance : half_last_digit(has_exact ? exact_text : printed_text);
+  check_verdict(*verdict, row, has_exact, half_last_digit(printed_text), has_proof);
+  return row;
+}
+
+WaitingRow read_waiting_row(const SpecCursor& at) {
+  WaitingRow row;
+  const auto text_of = [](std::string& text, const char* what) {
+    return [&text, what](const SpecCursor& c) { text = c.read_word(what); };
+  };
+  if (!read_fields(at, "a number without a figure {what, unit, printed, reason}",
+                   {{"what", Presence::required, text_of(row.what, "what the number is")},
+                    {"unit", Presence::optional, text_of(row.unit, "a unit")},
+                    {"printed", Presence::optional, text_of(row.printed, "the printed number")},
+                    {"reason", Presence::required, text_of(row.reason, "what is missing")}}))
+    throw CascadingError();
+  return row;
+}
+
+}  // namespace specification
+}  // namespace balance

@@ -1,0 +1,645 @@
+#include "balance/interface/comparison/figure_evaluation.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/rotation.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/synthesis/design/status_names.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace balance {
+namespace {
+
+// Readers of figures.
+
+EvaluatedFigure make_value(double value, const std::string& unit = "") {
+  EvaluatedFigure figure;
+  figure.value = value;
+  figure.unit = unit;
+  return figure;
+}
+
+EvaluatedFigure make_mistake(const std::string& message, const std::string& name = "") {
+  EvaluatedFigure figure;
+  figure.mistake = message;
+  figure.mistaken_name = name;
+  return figure;
+}
+
+EvaluatedFigure make_reason(const std::string& reason) {
+  EvaluatedFigure figure;
+  figure.reason = reason;
+  return figure;
+}
+
+/// A finite number, or the reason why there is none.
+EvaluatedFigure value_or(double value, const std::string& unit, const std::string& reason) {
+  return std::isfinite(value) ? make_value(value, unit) : make_reason(reason);
+}
+
+EvaluatedFigure read_statistic(FigureEvaluator& evaluator, const FigureReference& reference) {
+  EvaluatedFigure figure;
+  const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
+  if (found == nullptr) return figure;
+  const std::vector<double>& values = found->curve->sampled_values();
+  const Metric metric = summarise_values(values, found->curve->sample_times(), found->round_off);
+  const Statistic statistic = *reference.function->statistic;
+  const bool is_average = statistic == Statistic::rms || statistic == Statistic::mean;
+  return make_value(is_average && values.size() == 1 ? metric.peak : statistic_of(metric, statistic), found->unit);
+}
+
+template <bool is_maximum>
+EvaluatedFigure read_extreme(FigureEvaluator& evaluator, const FigureReference& reference) {
+  EvaluatedFigure figure;
+  const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
+  if (found == nullptr) return figure;
+  const auto [low, high] =
+      std::minmax_element(found->curve->sampled_values().begin(), found->curve->sampled_values().end());
+  return make_value(suppress_round_off(found->round_off, is_maximum ? *high : *low), found->unit);
+}
+
+EvaluatedFigure read_value(FigureEvaluator& evaluator, const FigureReference& reference) {
+  EvaluatedFigure figure;
+  const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
+  if (found == nullptr) return figure;
+  const SampledCurve& curve = *found->curve;
+  double time = curve.begin_time();
+  if (reference.moment.kind == FigureMoment::Kind::none) {
+    if (!evaluator.is_single_state() && evaluator.subject().run != nullptr)
+      return make_mistake(
+          fmt::format("value({0}) of a run needs a moment: value({0}, 0.3), value({0}, end), value({0}, "
+                      "joint_position[A] = pi/3) or value({0}, peak({0}))",
+                      reference.quantity),
+          reference.quantity);
+  } else {
+    const std::optional<double> moment = evaluator.find_time(reference.moment, figure);
+    if (!moment) return figure;
+    time = *moment;
+  }
+  const auto [value, gap] = curve.evaluate(time, reference.side);
+  switch (gap) {
+    case SampledCurve::Gap::outside:
+      return make_reason(fmt::format("{:.6g} s is outside of the run, which lasts from {:.6g} to {:.6g} s", time,
+                                     curve.begin_time(), curve.end_time()));
+    case SampledCurve::Gap::jump:
+      return make_reason(fmt::format("{} jumps at about {:.6g} s: add before or after", reference.quantity, time));
+    case SampledCurve::Gap::none: break;
+  }
+  return make_value(suppress_round_off(found->round_off, value), found->unit);
+}
+
+EvaluatedFigure read_time(FigureEvaluator& evaluator, const FigureReference& reference) {
+  EvaluatedFigure figure;
+  if (const RunResult* run = evaluator.subject().run; run == nullptr || run->time.size() < 2)
+    return make_mistake("time(…) needs a run with a motion");
+  const std::optional<double> time = evaluator.find_time(reference.moment, figure);
+  return time ? make_value(*time, "s") : figure;
+}
+
+EvaluatedFigure read_energy(FigureEvaluator& evaluator, const FigureReference&) {
+  const RunResult* run = evaluator.subject().run;
+  if (run == nullptr || run->time.size() < 2) return make_mistake("energy() needs a run with a motion");
+  return value_or(run->energy, "J", "there is no energy of the actuators");
+}
+
+EvaluatedFigure read_duration(FigureEvaluator& evaluator, const FigureReference&) {
+  const RunResult* run = evaluator.subject().run;
+  if (run == nullptr || run->time.size() < 2) return make_mistake("duration() needs a run with a motion");
+  return make_value(run->time[run->time.size() - 1] - run->time[0], "s");
+}
+
+/// Applies a reader to the subject's design.
+EvaluatedFigure read_design(const FigureEvaluator& evaluator, const FigureReference& reference,
+                            const std::function<EvaluatedFigure(const DesignReport&)>& read) {
+  const DesignReport* design = evaluator.subject().design;
+  if (design != nullptr) return read(*design);
+  return make_mistake(fmt::format("{}() needs a case with 'design: true' or 'run: design'", reference.function->name));
+}
+
+EvaluatedFigure read_added_mass(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [](const DesignReport& design) {
+    return value_or(design.added_mass, "kg", "the design was not solved");
+  });
+}
+
+EvaluatedFigure read_added_inertia(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [](const DesignReport& design) {
+    return value_or(design.added_inertia, "kg m^2", "the design was not solved");
+  });
+}
+
+EvaluatedFigure read_objective_value(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [&](const DesignReport& design) {
+    return value_or(design.outcome.objective, evaluator.subject().objective_unit, "the design minimizes nothing");
+  });
+}
+
+EvaluatedFigure read_bound(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [&](const DesignReport& design) {
+    return value_or(design.outcome.lower_bound, evaluator.subject().objective_unit, "the design has no proved bound");
+  });
+}
+
+EvaluatedFigure read_gap(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [&](const DesignReport& design) {
+    return value_or(design.outcome.gap(), evaluator.subject().objective_unit, "the design has no proved bound");
+  });
+}
+
+EvaluatedFigure read_verdict(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_design(evaluator, reference, [](const DesignReport& design) {
+    EvaluatedFigure figure;
+    figure.word = name_of(design.outcome.status);
+    if (const std::string optimality = name_of(design.outcome.optimality); optimality != figure.word)
+      figure.word += " " + optimality;
+    return figure;
+  });
+}
+
+EvaluatedFigure read_number(FigureEvaluator& evaluator, const FigureReference& reference) {
+  std::vector<std::string> paths;
+  for (const FigureNumber& number : evaluator.subject().numbers) {
+    if (number.path == reference.quantity) return make_value(number.value);
+    paths.push_back(number.path);
+  }
+  if (paths.empty()) return make_mistake("number(…) needs a case with a design or with 'solve'", reference.quantity);
+  return make_mistake(fmt::format("there is no number {}, only {}{}", quote_for_message(reference.quantity),
+                                  join_with_conjunction(paths, "and"), append_nearest_name(reference.quantity, paths)),
+                      reference.quantity);
+}
+
+EvaluatedFigure read_conditions(const FigureEvaluator& evaluator, const FigureReference& reference,
+                                double (*read)(const ConditionsFigures&)) {
+  if (evaluator.subject().conditions) return make_value(read(*evaluator.subject().conditions));
+  return make_mistake(fmt::format("{}() needs a case with 'run: conditions'", reference.function->name));
+}
+
+EvaluatedFigure read_rank(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_conditions(evaluator, reference, [](const ConditionsFigures& c) { return static_cast<double>(c.rank); });
+}
+
+EvaluatedFigure read_condition_count(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_conditions(evaluator, reference, [](const ConditionsFigures& c) { return static_cast<double>(c.count); });
+}
+
+EvaluatedFigure read_impossible(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_conditions(evaluator, reference, [](const ConditionsFigures& c) { return c.is_impossible ? 1. : 0.; });
+}
+
+EvaluatedFigure read_holds(FigureEvaluator& evaluator, const FigureReference& reference) {
+  return read_conditions(evaluator, reference, [](const ConditionsFigures& c) { return c.holds ? 1. : 0.; });
+}
+
+constexpr auto quantity_argument = FigureArguments::quantity;
+constexpr auto no_argument = FigureArguments::none;
+
+// clang-format off
+const std::array<FigureFunction, 21> figure_table{{
+    {"peak", quantity_argument, "", Statistic::peak, read_statistic},
+    {"rms", quantity_argument, "", Statistic::rms, read_statistic},
+    {"mean", quantity_argument, "", Statistic::mean, read_statistic},
+    {"range", quantity_argument, "", Statistic::range, read_statistic},
+    {"minimum", quantity_argument, "", {}, read_extreme<false>},
+    {"maximum", quantity_argument, "", {}, read_extreme<true>},
+    {"energy", no_argument, "J", {}, read_energy},
+    {"value", FigureArguments::quantity_and_moment, "", {}, read_value},
+    {"time", FigureArguments::moment, "s", {}, read_time},
+    {"duration", no_argument, "s", {}, read_duration},
+    {"added_mass", no_argument, "kg", {}, read_added_mass},
+    {"added_inertia", no_argument, "kg m^2", {}, read_added_inertia},
+    {"objective", no_argument, "", {}, read_objective_value},
+    {"bound", no_argument, "", {}, read_bound},
+    {"gap", no_argument, "", {}, read_gap},
+    {"number", FigureArguments::path, "", {}, read_number},
+    {"verdict", no_argument, "", {}, read_verdict},
+    {"rank", no_argument, "", {}, read_rank},
+    {"conditions", no_argument, "", {}, read_condition_count},
+    {"impossible", no_argument, "", {}, read_impossible},
+    {"holds", no_argument, "", {}, read_holds},
+}};
+// clang-format on
+
+/// Names of what the columns of a quantity belong to; null: of a whole scalar or vector.
+const std::vector<std::string>* owner_names(ColumnKind columns, const RunResult& run) {
+  switch (columns) {
+    case ColumnKind::coordinate: return &run.coordinate_names;
+    case ColumnKind::actuator: return &run.actuator_names;
+    case ColumnKind::joint:
+    case ColumnKind::joint_axis: return &run.joint_names;
+    case ColumnKind::constraint: return &run.constraint_names;
+    case ColumnKind::sliding: return &run.sliding_names;
+    case ColumnKind::body:
+    case ColumnKind::body_axis:
+    case ColumnKind::body_quaternion: return &run.body_names;
+    case ColumnKind::single:
+    case ColumnKind::axis:
+    case ColumnKind::quaternion: return nullptr;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> component_names(const QuantityDefinition& kind, const RunResult& run) {
+  switch (columns_of(kind, run)) {
+    case ColumnKind::axis:
+    case ColumnKind::joint_axis:
+    case ColumnKind::body_axis: return axis_labels(run.axes);
+    case ColumnKind::quaternion:
+    case ColumnKind::body_quaternion: return quaternion_labels();
+    default:
+      if (kind.shape == QuantityDefinition::Shape::moment) return {"z"};
+      return {};
+  }
+}
+
+/// The name without spaces, as in inertia[J1,J2].
+std::string without_spaces(std::string name) {
+  std::erase(name, ' ');
+  return name;
+}
+
+VectorX angular_components(const Vector3& w, int moment_axes) {
+  if (moment_axes == 1) return VectorX::Constant(1, w.z());
+  return w;
+}
+
+}  // namespace
+
+std::span<const FigureFunction> figure_functions() { return figure_table; }
+
+FigureEvaluator::FigureEvaluator(FigureSubject subject) : subject_(std::move(subject)) {
+  if (subject_.run == nullptr) {
+    if (subject_.equations != nullptr) list_equation_quantities();
+    return;
+  }
+  const RunResult& run = *subject_.run;
+  const IntermediateSamples* between = run.intermediate.get();
+  std::size_t j = 0;
+  for (Eigen::Index k = 0; k < run.time.size(); ++k) {
+    for (; between != nullptr && j < between->next_sample.size() && between->next_sample[j] == k; ++j)
+      rows_.emplace_back(&between->rows, static_cast<Eigen::Index>(j));
+    rows_.emplace_back(&run, k);
+  }
+  times_.resize(static_cast<Eigen::Index>(rows_.size()));
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    times_[static_cast<Eigen::Index>(i)] = rows_[i].first->time[rows_[i].second];
+  recorded_times_ = run.time;
+  list_run_quantities();
+  if (subject_.mechanism != nullptr) list_motion_quantities();
+  if (subject_.equations != nullptr) list_equation_quantities();
+}
+
+/// Columns of an array at all rows; only at the recorded ones if the intermediate samples lack them.
+Samples FigureEvaluator::merge(Samples RunResult::*array, int first, int count) const {
+  const Samples& recorded = subject_.run->*array;
+  const IntermediateSamples* between = subject_.run->intermediate.get();
+  if (between == nullptr || (between->rows.*array).cols() != recorded.cols()) return recorded.middleCols(first, count);
+  Samples merged(static_cast<Eigen::Index>(rows_.size()), count);
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    merged.row(static_cast<Eigen::Index>(i)) = (rows_[i].first->*array).row(rows_[i].second).segment(first, count);
+  return merged;
+}
+
+void FigureEvaluator::list_run_quantities() {
+  const RunResult& run = *subject_.run;
+  const std::vector<balance::Quantity> all = list_all_quantities(run);
+  for (std::size_t q = 0; q < all.size(); ++q) {
+    const balance::Quantity& quantity = all[q];
+    const QuantityDefinition& kind = quantity_table()[q];
+    if (quantity.samples->size() == 0 || quantity.samples->rows() != run.time.size()) continue;
+    // the bodies' poses follow from the mechanism where it is known
+    if (kind.occasion == Availability::poses && subject_.mechanism != nullptr) continue;
+    const std::vector<std::string>* owners = owner_names(quantity.columns, run);
+    const std::size_t count = owners == nullptr ? 1 : owners->size();
+    const int width = static_cast<int>(quantity.samples->cols()) / static_cast<int>(count);
+    const IntermediateSamples* between = run.intermediate.get();
+    const bool is_merged = between == nullptr || (between->rows.*quantity.member).cols() == quantity.samples->cols();
+    for (std::size_t owner = 0; owner < count; ++owner) {
+      const int first = static_cast<int>(owner) * width;
+      const std::string& unit = quantity.unit_of(owner, count);
+      std::vector<double> round_off;
+      for (int k = 0; k < width; ++k) round_off.push_back(column_round_off(run, quantity.member, first + k));
+      quantities_.push_back(
+          {owners == nullptr ? quantity.name : effort_display_name(quantity.name, unit) + "[" + (*owners)[owner] + "]",
+           unit == "1" ? "" : unit, component_names(kind, run),
+           [this, member = quantity.member, first, width] { return merge(member, first, width); },
+           is_merged ? &times_ : &recorded_times_, std::move(round_off)});
+    }
+  }
+}
+
+const std::vector<std::vector<BodyMotion>>& FigureEvaluator::motions() {
+  if (!motions_.empty()) return motions_;
+  const IntermediateSamples* between = subject_.run->intermediate.get();
+  std::vector<std::vector<BodyMotion>> recorded =
+                                           body_motions(*subject_.mechanism, *subject_.run, subject_.run->time.size()),
+                                       intermediate;
+  if (between != nullptr)
+    intermediate =
+        body_motions(*subject_.mechanism, between->rows, static_cast<Eigen::Index>(between->next_sample.size()));
+  for (const auto& [result, row] : rows_)
+    motions_.push_back(std::move((result == subject_.run ? recorded : intermediate)[static_cast<std::size_t>(row)]));
+  return motions_;
+}
+
+void FigureEvaluator::add_motion(std::string name, const char* unit, std::vector<std::string> components,
+                                 std::function<VectorX(const std::vector<BodyMotion>&)> value) {
+  const auto samples = [this, value = std::move(value)] {
+    const std::vector<std::vector<BodyMotion>>& all = motions();
+    Samples rows;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const VectorX row = value(all[i]);
+      if (i == 0) rows.resize(static_cast<Eigen::Index>(all.size()), row.size());
+      rows.row(static_cast<Eigen::Index>(i)) = row.transpose();
+    }
+    return rows;
+  };
+  quantities_.push_back({std::move(name), unit, std::move(components), samples, &times_, {}});
+}
+
+void FigureEvaluator::add_moving_point(const std::string& position_name, const std::string& velocity_name,
+                                       const std::string& acceleration_name, BodyId body, const Vector3& r) {
+  const auto b = static_cast<std::size_t>(body);
+  const int axes = subject_.run->axes;
+  const std::vector<std::string> labels = axis_labels(axes);
+  if (!position_name.empty())
+    add_motion(position_name, "m", labels, [=](const std::vector<BodyMotion>& bodies) -> VectorX {
+      return bodies[b].point_position(r).head(axes);
+    });
+  add_motion(velocity_name, "m/s", labels,
+             [=](const std::vector<BodyMotion>& bodies) -> VectorX { return bodies[b].point_velocity(r).head(axes); });
+  add_motion(acceleration_name, "m/s^2", labels, [=](const std::vector<BodyMotion>& bodies) -> VectorX {
+    return bodies[b].point_acceleration(r).head(axes);
+  });
+}
+
+void FigureEvaluator::list_motion_quantities() {
+  const Mechanism& mechanism = *subject_.mechanism;
+  const RunResult& run = *subject_.run;
+  if (run.coordinate_names.size() != mechanism.coordinates.size() || run.joint_position.rows() != run.time.size())
+    return;
+  const bool planar = run.moment_axes == 1;
+  const std::vector<std::string> turn_labels = planar ? std::vector<std::string>{"z"} : axis_labels(3);
+  if (mechanism.tool)
+    add_moving_point("", "tool_velocity", "tool_acceleration", mechanism.tool->body, mechanism.tool->position);
+  for (const FigurePoint& point : subject_.points)
+    add_moving_point("point_position[" + point.name + "]", "point_velocity[" + point.name + "]",
+                     "point_acceleration[" + point.name + "]", point.body, point.position);
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
+    const std::string owner = "[" + mechanism.bodies[b].name + "]";
+    add_moving_point("body_position" + owner, "body_velocity" + owner, "body_acceleration" + owner, static_cast<int>(b),
+                     Vector3::Zero());
+    add_motion("body_angular_velocity" + owner, "rad/s", turn_labels, [=, axes = run.moment_axes](const auto& bodies) {
+      return angular_components(bodies[b].angular_velocity, axes);
+    });
+    add_motion("body_angular_acceleration" + owner, "rad/s^2", turn_labels,
+               [=, axes = run.moment_axes](const auto& bodies) {
+                 return angular_components(bodies[b].angular_acceleration, axes);
+               });
+    const auto continuous = [planar](double& value, double previous) {
+      if (planar) value = previous + std::remainder(value - previous, 2 * std::numbers::pi);
+    };
+    const auto orientation = [this, b, planar, continuous] {
+      const std::vector<std::vector<BodyMotion>>& all = motions();
+      Samples rows(static_cast<Eigen::Index>(all.size()), planar ? 1 : 4);
+      for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        Eigen::Vector4d quaternion = quaternion_of(all[static_cast<std::size_t>(i)][b].rotation);
+        if (planar) {
+          rows(i, 0) = 2 * elementary::atan2(quaternion[3], quaternion[0]);
+          continuous(rows(i, 0), i == 0 ? 0 : rows(i - 1, 0));
+          continue;
+        }
+        if (i > 0 && rows.row(i - 1).dot(quaternion.transpose()) < 0) quaternion = -quaternion;
+        rows.row(i) = quaternion.transpose();
+      }
+      return rows;
+    };
+    quantities_.push_back({"body_orientation" + owner,
+                           planar ? "rad" : "",
+                           planar ? std::vector<std::string>{} : quaternion_labels(),
+                           orientation,
+                           &times_,
+                           {}});
+  }
+}
+
+void FigureEvaluator::add_constant(std::string name, const std::string& unit, double value) {
+  const bool is_known = std::any_of(quantities_.begin(), quantities_.end(),
+                                    [&](const Quantity& quantity) { return quantity.name == name; });
+  if (is_known) return;
+  if (times_.size() == 0) times_ = VectorX::Zero(1);
+  quantities_.push_back({std::move(name), unit, {}, [value] { return Samples::Constant(1, 1, value); }, &times_, {}});
+}
+
+/// Terms of the equation of motion in the independent coordinates.
+void FigureEvaluator::list_equation_quantities() {
+  const EquationsAtConfiguration& at = *subject_.equations;
+  for (std::size_t a = 0; at.split && a < at.actuators.size(); ++a)
+    add_constant((at.is_force[a] ? "force[" : "torque[") + at.actuators[a] + "]", at.is_force[a] ? "N" : "N m",
+                 at.split->effort[static_cast<Eigen::Index>(a)]);
+  if (!at.terms) return;
+  const IndependentTerms& terms = *at.terms;
+  const auto velocity = [&](Eigen::Index k) { return at.dq.dot(terms.velocity[static_cast<std::size_t>(k)] * at.dq); };
+  const VectorX viscous = terms.viscous * at.dq, inertia = terms.mass * at.ddq, rest = terms.static_terms.sum();
+  for (std::size_t i = 0; i < at.independent.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const std::string owner = "[" + at.independent[i] + "]", unit = at.is_length[i] ? "N" : "N m";
+    add_constant("gravity" + owner, unit, terms.static_terms.weight[k]);
+    add_constant("springs" + owner, unit, terms.static_terms.springs[k]);
+    add_constant("loads" + owner, unit, terms.static_terms.loads[k]);
+    add_constant("velocity" + owner, unit, velocity(k));
+    add_constant("viscous" + owner, unit, viscous[k]);
+    // what a motor at the coordinate itself would give
+    add_constant((at.is_length[i] ? "force" : "torque") + owner, unit, inertia[k] + velocity(k) + viscous[k] + rest[k]);
+    for (std::size_t j = 0; j < at.independent.size(); ++j) {
+      const int lengths = (at.is_length[i] ? 1 : 0) + (at.is_length[j] ? 1 : 0);
+      add_constant("inertia[" + at.independent[i] + "," + at.independent[j] + "]",
+                   lengths == 0   ? "kg m^2"
+                   : lengths == 1 ? "kg m"
+                                  : "kg",
+                   terms.mass(k, static_cast<Eigen::Index>(j)));
+    }
+  }
+}
+
+/// @param component index of the component that the name ends with; −1: the whole quantity
+const FigureEvaluator::Quantity* FigureEvaluator::find_quantity(const std::string& given, int& component,
+                                                                EvaluatedFigure& figure) const {
+  const std::string name = without_spaces(given);
+  component = -1;
+  const auto find = [&](const std::string& stem) -> const Quantity* {
+    for (const std::string& candidate : {stem, to_force_name(stem)})
+      for (const Quantity& quantity : quantities_)
+        if (without_spaces(quantity.name) == candidate) return &quantity;
+    return nullptr;
+  };
+  if (const Quantity* quantity = find(name)) return quantity;
+  std::vector<std::string> members;
+  for (const Quantity& quantity : quantities_)
+    if (quantity.name.starts_with(name + "[")) members.push_back(quantity.name);
+  if (members.size() == 1) return find(without_spaces(members.front()));
+  const std::size_t bracket = name.rfind('['), point = name.rfind('.');
+  const auto find_component = [&](std::size_t split, const std::string& label) -> const Quantity* {
+    const Quantity* quantity = find(name.substr(0, split));
+    if (quantity == nullptr) return nullptr;
+    const auto at = std::find(quantity->components.begin(), quantity->components.end(), label);
+    if (at != quantity->components.end()) {
+      component = static_cast<int>(at - quantity->components.begin());
+      return quantity;
+    }
+    figure.mistaken_name = given;
+    figure.mistake =
+        quantity->components.empty()
+            ? fmt::format("{} is a number: it has no component {}", quantity->name, quote_for_message(label))
+            : fmt::format("{} has no component {}, only {}", quantity->name, quote_for_message(label),
+                          join_with_conjunction(quantity->components, "and"));
+    return nullptr;
+  };
+  const Quantity* quantity = nullptr;
+  if (name.ends_with("]") && bracket != std::string::npos)
+    quantity = find_component(bracket, name.substr(bracket + 1, name.size() - bracket - 2));
+  else if (point != std::string::npos)
+    quantity = find_component(point, name.substr(point + 1));
+  if (quantity != nullptr || !figure.mistake.empty()) return quantity;
+  std::vector<std::string> names;
+  if (subject_.run != nullptr)
+    for (const Metric& metric : subject_.run->metrics) names.push_back(metric.quantity);
+  for (const Quantity& known : quantities_) names.push_back(known.name);
+  figure.mistaken_name = given;
+  figure.mistake =
+      members.empty()
+          ? fmt::format("no run has a quantity {}{}", quote_for_message(given), append_nearest_name(given, names))
+          : fmt::format("{} has several values: {}", quote_for_message(given), join_alternatives(members));
+  return nullptr;
+}
+
+const FigureEvaluator::NamedCurve* FigureEvaluator::find_curve(const std::string& name, EvaluatedFigure& figure) {
+  if (const auto known = curves_.find(name); known != curves_.end()) return &known->second;
+  int component = -1;
+  const Quantity* quantity = find_quantity(name, component, figure);
+  if (quantity == nullptr) return nullptr;
+  Samples samples = quantity->samples();
+  if (component >= 0) samples = Samples(samples.col(component));
+  double round_off = 0;
+  for (std::size_t k = 0; k < quantity->round_off.size(); ++k)
+    if (component < 0 || static_cast<int>(k) == component) round_off = std::max(round_off, quantity->round_off[k]);
+  return &curves_
+              .emplace(name, NamedCurve{quantity->unit,
+                                        std::make_shared<const SampledCurve>(*quantity->times, std::move(samples)),
+                                        round_off})
+              .first->second;
+}
+
+std::optional<double> FigureEvaluator::find_time(const FigureMoment& moment, EvaluatedFigure& figure) {
+  using Kind = FigureMoment::Kind;
+  const double begin = times_.size() > 0 ? times_[0] : 0, end = times_.size() > 0 ? times_[times_.size() - 1] : 0;
+  switch (moment.kind) {
+    case Kind::none:
+    case Kind::start: return begin;
+    case Kind::end: return end;
+    case Kind::time: {
+      const double tolerance = 1e-9 * (end - begin);
+      if (moment.time >= begin - tolerance && moment.time <= end + tolerance) return moment.time;
+      figure.reason =
+          fmt::format("{:.6g} s is outside of the run, which lasts from {:.6g} to {:.6g} s", moment.time, begin, end);
+      return std::nullopt;
+    }
+    default: break;
+  }
+  const NamedCurve* found = find_curve(moment.quantity, figure);
+  if (found == nullptr) return std::nullopt;
+  const SampledCurve& curve = *found->curve;
+  if (moment.kind == Kind::peak) return curve.find_extremum(SampledCurve::Extremum::peak);
+  if (moment.kind == Kind::minimum) return curve.find_extremum(SampledCurve::Extremum::minimum);
+  if (moment.kind == Kind::maximum) return curve.find_extremum(SampledCurve::Extremum::maximum);
+  const std::vector<double> crossings = curve.find_crossings(moment.level);
+  if (crossings.size() >= static_cast<std::size_t>(moment.crossing))
+    return crossings[static_cast<std::size_t>(moment.crossing - 1)];
+  if (crossings.empty()) {
+    const auto [low, high] = std::minmax_element(curve.sampled_values().begin(), curve.sampled_values().end());
+    figure.reason = fmt::format("{} never is {}: it is between {:.6g} and {:.6g}{}{}", moment.quantity,
+                                moment.level_text, *low, *high, found->unit.empty() ? "" : " ", found->unit);
+  } else {
+    figure.reason =
+        fmt::format("{} is {} {}, not {} times", moment.quantity, moment.level_text,
+                    crossings.size() == 1 ? "once" : fmt::format("{} times", crossings.size()), moment.crossing);
+  }
+  return std::nullopt;
+}
+
+EvaluatedFigure FigureEvaluator::evaluate(const FigureReference& reference) {
+  EvaluatedFigure figure = reference.function->read(*this, reference);
+  figure.text = reference.text();
+  return figure;
+}
+
+bool has_figure(const MetricTable& table, const FigureReference& figure) {
+  if (figure.function->statistic) return find_metric(table, figure.quantity) != nullptr;
+  return std::string_view(figure.function->name) == "energy" && !std::isnan(table.energy);
+}
+
+void evaluate_figures(const std::vector<FigureReference>& figures, FigureEvaluator& evaluator, MetricTable& table) {
+  for (const FigureReference& figure : figures)
+    if (!has_figure(table, figure) && find_evaluated_figure(table, figure.text()) == nullptr)
+      table.figures.push_back(evaluator.evaluate(figure));
+}
+
+namespace {
+
+/// Whether the masses of a mechanism, in the run's configurations, have the run's centre of mass.
+bool is_mechanism_of(const RunResult& run, const Mechanism& mechanism) {
+  if (run.coordinate_names.size() != mechanism.coordinates.size() || run.com_position.rows() != run.time.size() ||
+      run.joint_position.rows() != run.time.size())
+    return false;
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    if (mechanism.coordinates[c].name != run.coordinate_names[c]) return false;
+  const std::vector<std::vector<BodyMotion>> motions = body_motions(mechanism, run, run.time.size());
+  constexpr double com_tolerance =
+      1e-6;  // of its distance and a metre: round-off is far smaller, other designs are not
+  for (Eigen::Index k = 0; k < run.time.size(); k += std::max<Eigen::Index>(1, run.time.size() / 2)) {
+    const Mechanism loaded = mechanism_at_time(mechanism, run.time[k]);
+    Vector3 moment = Vector3::Zero();
+    double mass = 0;
+    const auto add = [&](BodyId body, double m, const Vector3& r) {
+      if (body == ground) return;
+      moment += m * motions[static_cast<std::size_t>(k)][static_cast<std::size_t>(body)].point_position(r);
+      mass += m;
+    };
+    for (std::size_t b = 1; b < loaded.bodies.size(); ++b)
+      add(static_cast<int>(b), loaded.bodies[b].mass, loaded.bodies[b].com);
+    for (const Attachment& one : loaded.attachments) add(one.body, one.mass, one.position);
+    for (const Disc& one : loaded.discs) add(one.body, one.mass, one.position);
+    const VectorX com = run.com_position.row(k).transpose();
+    if (mass > 0 && !((moment.head(run.axes) / mass - com).norm() <= com_tolerance * (1 + com.norm()))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const std::string& spec_text,
+                                                   const std::string& file_name,
+                                                   const std::vector<std::pair<std::string, std::string>>& overrides) {
+  try {
+    auto mechanism =
+        std::make_shared<const Mechanism>(read_spec(spec_text, file_name, ReadOptions{.set = overrides}).mechanism);
+    return is_mechanism_of(run, *mechanism) ? mechanism : nullptr;
+  } catch (const SpecError&) {
+    return nullptr;  // a spec of another version
+  } catch (const SystemError&) {
+    return nullptr;  // its parts are gone
+  }
+}
+
+}  // namespace balance
