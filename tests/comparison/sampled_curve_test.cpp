@@ -88,6 +88,8 @@ TEST_CASE("the end of a cycloid is reached although round-off keeps it below its
   for (const Eigen::Index n : {11, 101, 10001}) {
     const SampledCurve curve = curve_of(VectorX::LinSpaced(n, 0, 1), cycloid);
     const std::vector<double> ends = curve.find_crossings(std::numbers::pi / 3 * (1 + 1e-15));
+    CAPTURE(n);
+    CAPTURE(ends.front());
     REQUIRE(ends.size() == 1);
     CHECK(ends[0] == doctest::Approx(1).epsilon(2e-3));  // 1e-9 of the way remains at 1 − 1.2e-3
   }

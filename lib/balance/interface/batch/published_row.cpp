@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -15,10 +16,13 @@ const char* name_of(PublishedVerdict verdict) { return published_verdict_names[s
 std::string describe_outcome(const PublishedOutcome& outcome) {
   const PublishedRow& row = outcome.row;
   const std::string unit = row.unit.empty() ? "" : " " + row.unit;
-  // as many digits as show the difference
-  std::string ours = fmt::format("{:.6g}", outcome.ours);
-  const std::string exact = fmt::format("{:.12g}", row.exact);
-  if (!outcome.holds && ours == fmt::format("{:.6g}", row.exact)) ours = fmt::format("{:.12g}", outcome.ours);
+  // as many digits as show whether it is within the tolerance
+  constexpr int min_digits = 6, max_digits = 15;
+  const double ratio = std::abs(row.exact) / row.tolerance;
+  const int digits = ratio > 1 && std::isfinite(ratio)
+                         ? std::clamp(static_cast<int>(std::ceil(std::log10(ratio))) + 1, min_digits, max_digits)
+                         : min_digits;
+  const std::string ours = fmt::format("{:.{}g}", outcome.ours, digits), exact = fmt::format("{:.12g}", row.exact);
   return fmt::format("{}{}{}, expected {} ± {:.3g}{}", outcome.holds ? "holds: " : "", ours, unit, exact, row.tolerance,
                      unit);
 }

@@ -128,7 +128,7 @@ std::string FigureScanner::read_quantity(const char* figure) {
   if (position_ == begin)
     fail(begin, fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure,
                             describe_rest()));
-  if (position_ < text_.size() && text_[position_] == '[') {
+  while (position_ < text_.size() && text_[position_] == '[') {
     const std::size_t close = text_.find(']', position_);
     if (close == std::string::npos) fail(position_, "the bracket is not closed");
     position_ = close + 1;

@@ -96,10 +96,12 @@ VectorX SampledCurve::StepPolynomial::slope(double s) const {
 }
 
 /// The polynomial of the step from row k − 1 to row k of a piece, by Newton's divided differences.
-SampledCurve::StepPolynomial SampledCurve::polynomial(std::size_t piece, Eigen::Index k) const {
+/// @param shift of the rows that it passes through, as far as the piece goes
+SampledCurve::StepPolynomial SampledCurve::polynomial(std::size_t piece, Eigen::Index k, Eigen::Index shift) const {
   const Eigen::Index begin = piece_begins_[piece], end = piece_end(piece),
                      points = std::min(curve_stencil_size, end - begin);
-  const Eigen::Index from = std::clamp(k - points / 2, begin, end - points);
+  const Eigen::Index nearest = std::clamp(k - points / 2, begin, end - points),
+                     from = std::clamp(nearest + shift, begin, end - points);
   StepPolynomial p{Eigen::Matrix<double, 4, Eigen::Dynamic>::Zero(4, samples_.cols()), time_[k - 1],
                    time_[k] - time_[k - 1]};
   const auto place = [&](Eigen::Index i) { return (time_[from + i] - p.begin) / p.length; };
@@ -162,6 +164,17 @@ std::vector<double> SampledCurve::critical_points(const StepPolynomial& p) const
   return points;
 }
 
+/// Whether a distance from a level within a step is larger than the error of the interpolation, which the polynomials
+/// through neighbouring rows show. Otherwise the end of a motion, where the curve is flat, would seem to be passed.
+bool SampledCurve::is_beyond_error(std::size_t piece, Eigen::Index k, double s, const StepPolynomial& p,
+                                   double distance) const {
+  for (const Eigen::Index shift : {-1, 1}) {
+    const double error = std::abs(scalar_of(polynomial(piece, k, shift).value(s)) - scalar_of(p.value(s)));
+    if (std::abs(distance) <= error) return false;
+  }
+  return true;
+}
+
 std::vector<double> SampledCurve::find_crossings(double level) const {
   double largest = std::abs(level);
   for (const double value : values_) largest = std::max(largest, std::abs(value));
@@ -182,9 +195,13 @@ std::vector<double> SampledCurve::find_crossings(double level) const {
     for (Eigen::Index k = begin + 1; k < piece_end(piece); ++k) {
       const std::size_t i = polynomials.size();
       polynomials.push_back(polynomial(piece, k));
+      const double first = values_[static_cast<std::size_t>(k - 1)] - level,
+                   last = values_[static_cast<std::size_t>(k)] - level;
       for (const double s : critical_points(polynomials[i])) {
-        const double time = polynomials[i].begin + s * polynomials[i].length;
-        places.push_back({time, distance(i, time), i});
+        const double time = polynomials[i].begin + s * polynomials[i].length, d = distance(i, time);
+        // the samples on both sides are on one side of the level
+        const bool is_excursion = first * last >= 0 && d * (first + last) <= 0;
+        if (!is_excursion || is_beyond_error(piece, k, s, polynomials[i], d)) places.push_back({time, d, i});
       }
       places.push_back({time_[k], values_[static_cast<std::size_t>(k)] - level, i});
     }

@@ -62,7 +62,9 @@ class SampledCurve {
     VectorX value(double s) const;
     VectorX slope(double s) const;
   };
-  StepPolynomial polynomial(std::size_t piece, Eigen::Index k) const;
+  StepPolynomial polynomial(std::size_t piece, Eigen::Index k, Eigen::Index shift = 0) const;
+  bool is_beyond_error(std::size_t piece, Eigen::Index k, double s, const StepPolynomial& polynomial,
+                       double distance) const;
   VectorX extrapolate(std::size_t piece, double time) const;
   double scalar_of(const VectorX& value) const { return is_scalar() ? value[0] : value.norm(); }
   std::vector<double> critical_points(const StepPolynomial& polynomial) const;
