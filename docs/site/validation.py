@@ -53,30 +53,44 @@ def deviation(row):
     if value is None or not math.isfinite(value):
         return "–"
     if abs(value) < 5e-6:
-        return "0" if value == 0 else f"{100 * value:+.0e} %".replace("e-0", "e-").replace("-", "−")
-    return f"{100 * value:+.3g} %".replace("-", "−")
+        return "0" if value == 0 else f"{shown(100 * value, 1)}\N{NO-BREAK SPACE}%"
+    return f"{100 * value:+.3g}\N{NO-BREAK SPACE}%".replace("-", "−")
 
 
 def with_unit(number, row):
-    return number if number == "–" or not row.get("unit") else f"{number} {text(row['unit'])}"
+    if number == "–" or not row.get("unit"):
+        return number
+    return f"{number} " + re.sub(r"\^(\d+)", r"<sup>\1</sup>", text(row["unit"]))
 
 
 def cells(row):
-    """(label, content) of one printed number."""
+    """What the columns say of one printed number."""
     digits = min(16, max(6, significant_digits(row["printed"]) + 1, significant_digits(row.get("exact") or 0)))
     verdict = NAMES.get(row["verdict"], text(row["verdict"]))
     if not row["holds"]:
         verdict = f"does not hold ({verdict})"
     note = f'<br><small>{text(row["note"])}</small>' if row.get("note") else ""
-    return (("what", text(row["what"]) + note), ("printed", with_unit(as_printed(row["printed"]), row)),
-            ("ours", with_unit(shown(row.get("ours"), digits), row)), ("deviation", deviation(row)),
-            ("verdict", f'<span class="verdict {text(row["verdict"]) if row["holds"] else "missed"}">{verdict}</span>'))
+    return (text(row["what"]) + note, with_unit(as_printed(row["printed"]), row), with_unit(shown(row.get("ours"), digits), row), deviation(row),
+            f'<span class="verdict {text(row["verdict"]) if row["holds"] else "missed"}">{verdict}</span>')
+
+
+def table_of(labels, lines):
+    """A table whose cells know their column's label, which a narrow screen shows beside them."""
+    head = "".join(f"<th>{label}</th>" for label in labels)
+    rows = ("<tr>" + "".join(f'<td data-label="{label}">{content}</td>' for label, content in zip(labels, line)) + "</tr>\n" for line in lines)
+    return f'<table class="validation"><thead><tr>{head}</tr></thead><tbody>\n{"".join(rows)}</tbody></table>\n'
 
 
 def table(rows):
-    head = "".join(f"<th>{label}</th>" for label in ("what", "printed", "ours", "deviation", "verdict"))
-    lines = ("<tr>" + "".join(f'<td data-label="{label}">{content}</td>' for label, content in cells(row)) + "</tr>\n" for row in rows)
-    return f'<table class="validation"><thead><tr>{head}</tr></thead><tbody>\n{"".join(lines)}</tbody></table>\n'
+    return table_of(("what", "printed", "ours", "deviation", "verdict"), [cells(row) for row in rows])
+
+
+def improvements(cases):
+    """The designs that are better than the published ones."""
+    lines = [(f'<a href="#{text(case["name"])}">{text(case["name"])}</a>: {text(row["what"])}<br><small>{text(case["source"])}</small>', with_unit(as_printed(row["printed"]), row),
+              with_unit(shown(row.get("ours"), 6), row), deviation(row), "proved" if row["verdict"] == "improved" else "best known")
+             for case in cases for row in case["published"] if row["verdict"] in ("improved", "best-known") and row["holds"]]
+    return "## Published designs, improved\n\n" + table_of(("what", "published design", "ours", "change", "optimality"), lines) if lines else ""
 
 
 def counted(number, singular, plural):
@@ -147,12 +161,7 @@ def page(summary, pages, version):
     rows = [row for case in cases for row in case["published"]]
     waits = [wait for case in cases for wait in case["waits"]]
     parts = ["# Validation\n", header(rows, len({family(case["name"]) for case in cases}), waits, version)]
-    better = [(case, row) for case in cases for row in case["published"] if row["verdict"] in ("improved", "best-known")]
-    if better:
-        lines = "".join(f'| [{case["name"]}](#{case["name"]}) | {row["what"]} | {with_unit(as_printed(row["printed"]), row)} '
-                        f'| {with_unit(shown(row.get("ours"), 6), row)} | {deviation(row)} | {"proved" if row["verdict"] == "improved" else "best known"} |\n'
-                        for case, row in better)
-        parts.append("## Published designs, improved\n\n| case | what | published | ours | change | |\n| --- | --- | --- | --- | --- | --- |\n" + lines)
+    parts.append(improvements(cases))
     chapters = {}
     for case in cases:
         chapters.setdefault(chapter_of(case), {}).setdefault(family(case["name"]), []).append(case)
