@@ -33,7 +33,7 @@ if(TARGET balance_app)
   foreach(script IN LISTS scripts)
     balance_add_script_test(${script} ${BALANCE_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/${script})
     # minutes under sanitizers, or a size of files that their profiles exceed
-    if(script MATCHES "^reference_implementation/|^docs/|^cli/(affine|assembly_lines|conditions|control_suite|determinism|result_files|starters)")
+    if(script MATCHES "^reference_implementation/|^docs/|^cli/(affine|assembly_lines|conditions|control_suite|determinism|published|result_files|starters)")
       set_tests_properties(${script} PROPERTIES LABELS slow)
     endif()
   endforeach()

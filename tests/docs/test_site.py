@@ -14,6 +14,7 @@ from _console import ROOT
 sys.path[:0] = [str(ROOT / "docs/site"), str(ROOT / "tests/cli")]
 
 import links  # noqa: E402  (found by the line above)
+from _published import read_cases, write_suite  # noqa: E402
 from _sampling import WHOLE, draw  # noqa: E402
 
 PACKAGES = pathlib.Path(os.environ["BALANCE"]).resolve().parent / "web"
@@ -29,7 +30,8 @@ class Site(unittest.TestCase):
 
     def test_it_is_built_and_every_link_leads_somewhere(self):
         mechanisms = draw("mechanisms in the gallery", ["four-bar", "delta"], 0.5)
-        options = ["--only", ",".join(mechanisms), "--folder", str(self.folder), *([] if DRAWS else ["--without-pictures"])]
+        options = ["--only", ",".join(mechanisms), "--folder", str(self.folder), *([] if DRAWS else ["--without-pictures"]),
+                   "--validation", self.summary_of("K15-2", "S12-1d", "tinyrobotics-4_link")]
         done = subprocess.run([str(ROOT / "scripts/site"), *options], capture_output=True, text=True, check=False,
                               env={**os.environ, "PAGE_PACKAGES": str(PACKAGES)})
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -44,8 +46,19 @@ class Site(unittest.TestCase):
             if DRAWS:
                 self.assertGreater((html / f"_images/{name}.png").stat().st_size, 5000)
                 self.assertTrue((html / f"gallery/pages/{name}.html").is_file())
+        validation = (html / "validation.html").read_text(encoding="utf-8")
+        for part in ("6.833 m/s", "6.9053599 m/s", "+1.06\N{NO-BREAK SPACE}%", '<a href="specs/K15-2.yaml">', "improved, with proof", "13.5038"):
+            self.assertIn(part, validation)
         if BROWSES:
             self.assert_silent(html)
+
+    def summary_of(self, *names):
+        """What `balance batch` says of some of the published cases."""
+        write_suite(read_cases(), names, self.folder / "suite.yaml")
+        done = subprocess.run([os.environ["BALANCE"], "batch", str(self.folder / "suite.yaml"), "-o", str(self.folder / "results"), "--metrics-only", "--quiet"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return str(self.folder / "results/summary.json")
 
     def assert_silent(self, html):
         """Opens every page: the browser's console says nothing."""
