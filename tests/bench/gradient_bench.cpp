@@ -3,7 +3,7 @@
 
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/derivatives/run_gradient.hpp"
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/spec_figure_gradients.hpp"
@@ -38,13 +38,9 @@ double seconds(const Work& work) {
 
 /// Motion and forces at every stop, sample by sample.
 void walk_plainly(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
-  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-  MotionStepper<Planar> stepper(mechanism, tree, plan);
-  stepper.set_regularity_monitor(observer.regularity_monitor());
-  visit_time_grid(stepper, *plan.prescribed_motion, trajectory.samples,
-                  [&](const TimeGridPoint&) { return observer.evaluate(stepper, Detail::forces); });
+  const CompiledMotion<Planar> motion(mechanism, trajectory);
+  TreeMotionSource<Planar> source(mechanism, motion, trajectory.about, Detail::forces);
+  visit_time_grid(source, trajectory.samples, [&](const TimeGridPoint&) { return source.evaluate(); });
 }
 
 /// By the spec's free numbers.

@@ -121,18 +121,13 @@ void three_rrr_forces(benchmark::State& bench) {
 void three_rrr_groups(benchmark::State& bench, InstructionSet set) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
-  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
-  const TimeGrid times{plan.prescribed_motion->duration(), samples};
+  const CompiledMotion<Planar> motion(mechanism, trajectory);
   for (auto _ : bench) {
-    SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-    MotionStepper<Planar> stepper(mechanism, tree, plan);
-    stepper.set_regularity_monitor(observer.regularity_monitor());
-    GroupStepper<Planar> leader(mechanism, tree, plan, times, Vector2::Zero(), stepper, observer, set);
-    if (!visit_time_grid(leader, *plan.prescribed_motion, samples,
-                         [&](const TimeGridPoint&) { return leader.observe(); }))
-      return bench.SkipWithError(stepper.outcome().reason.c_str());
-    benchmark::DoNotOptimize(leader.last().shaking_moment);
+    TreeMotionSource<Planar> source(mechanism, motion, trajectory.about, Detail::all);
+    GroupStepper<Planar> leader(source, samples, set);
+    if (!visit_time_grid(leader, samples, [&](const TimeGridPoint&) { return leader.evaluate(); }))
+      return bench.SkipWithError(leader.outcome().reason.c_str());
+    benchmark::DoNotOptimize(leader.sample().shaking_moment);
   }
   count(bench, samples);
 }

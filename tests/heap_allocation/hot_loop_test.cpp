@@ -3,7 +3,7 @@
 #include "heap.hpp"
 
 #include "balance/interface/specification/read_spec.hpp"
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/motion/control/plant.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
@@ -20,17 +20,15 @@ using namespace balance;
 /// Requests made while the samples after the first few are computed.
 template <class S>
 long requests(const Mechanism& mechanism, const Trajectory& trajectory, Detail detail) {
-  Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<S> plan = compile_trajectory(mechanism, tree, trajectory);
-  REQUIRE_MESSAGE(plan.outcome.status == MotionStatus::done, plan.outcome.reason);
-  SampleEvaluator<S> observer(mechanism, tree, plan.freedoms, to_vector<S>(trajectory.about));
-  MotionStepper<S> stepper(mechanism, tree, plan);
-  bool good = stepper.begin() && observer.evaluate(stepper, detail);
+  const CompiledMotion<S> motion(mechanism, trajectory);
+  TreeMotionSource<S> source(mechanism, motion, trajectory.about, detail);
+  bool good = source.begin() && source.evaluate();
+  REQUIRE_MESSAGE(good, source.outcome().reason);
   constexpr int samples = 400, warm = 3;
   long before = 0;
   for (int k = 1; k <= samples; ++k) {
     if (k == warm) before = heap::requests();
-    good = good && stepper.advance(trajectory.duration * k / samples) && observer.evaluate(stepper, detail);
+    good = good && source.advance(trajectory.duration * k / samples) && source.evaluate();
   }
   const long after = heap::requests();
   REQUIRE(good);

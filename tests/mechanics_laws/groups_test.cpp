@@ -19,24 +19,6 @@ using namespace balance;
 
 namespace {
 
-/// A stepper with an observer, for visit_time_grid().
-template <class S>
-struct Alone {
-  MotionStepper<S>& stepper;
-  SampleEvaluator<S>& observer;
-
-  bool begin() { return stepper.begin(); }
-  bool advance(double time) { return stepper.advance(time); }
-  void update_accelerations(Side side) { stepper.update_accelerations(side); }
-  double time() const { return stepper.time(); }
-  bool observe() {
-    if (!observer.evaluate(stepper, Detail::all)) return false;
-    observer.sample().mobility = stepper.mobility();
-    return true;
-  }
-  const Sample& last() const { return observer.sample(); }
-};
-
 struct Tracked {
   RunResult result;
   long in_groups = 0;
@@ -46,32 +28,25 @@ struct Tracked {
 template <class S>
 Tracked follow(const Run& run, std::optional<InstructionSet> set) {
   const Trajectory trajectory = resolve_trajectory(run.mechanism, run.trajectory).trajectory;
-  Tree<S> tree = compile_tree<S>(run.mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<S> plan = compile_trajectory(run.mechanism, tree, trajectory);
-  const typename S::Vector about = to_vector<S>(trajectory.about);
-  SampleEvaluator<S> observer(run.mechanism, tree, plan.freedoms, about);
-  MotionStepper<S> stepper(run.mechanism, tree, plan);
-  stepper.set_regularity_monitor(observer.regularity_monitor());
+  const CompiledMotion<S> motion(run.mechanism, trajectory);
+  TreeMotionSource<S> source(run.mechanism, motion, trajectory.about, Detail::all);
   Tracked out;
   name_columns(run.mechanism, out.result);
   resize_arrays(run.mechanism, trajectory.samples, {}, out.result);
   ResultRecorder recorder(out.result);
-  const auto record = [&](auto& leader) {
-    const bool done =
-        visit_time_grid(leader, *plan.prescribed_motion, trajectory.samples, [&](const TimeGridPoint& stop) {
-          if (!leader.observe()) return false;
-          if (stop.kind == TimeGridPoint::Kind::sample) recorder.write(leader.last(), stop.index, out.result);
-          return true;
-        });
-    CHECK(done);
+  const auto record = [&](MotionSource& leader) {
+    CHECK(visit_time_grid(leader, trajectory.samples, [&](const TimeGridPoint& stop) {
+      if (!leader.evaluate()) return false;
+      if (!set) source.evaluator().sample().mobility = source.stepper().mobility();
+      if (stop.kind == TimeGridPoint::Kind::sample) recorder.write(leader.sample(), stop.index, out.result);
+      return true;
+    }));
   };
   if (!set) {
-    Alone<S> leader{stepper, observer};
-    record(leader);
+    record(source);
     return out;
   }
-  const TimeGrid times{plan.prescribed_motion->duration(), trajectory.samples};
-  GroupStepper<S> leader(run.mechanism, tree, plan, times, about, stepper, observer, *set);
+  GroupStepper<S> leader(source, trajectory.samples, *set);
   record(leader);
   out.in_groups = leader.group_step_count();
   return out;

@@ -2,7 +2,7 @@
 
 #include "published.hpp"
 
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 
 #include <doctest/doctest.h>
 
@@ -30,15 +30,13 @@ Shake shake_at(const std::string& file, const std::string& name, double time, ba
   using namespace balance;
   const Study study = load(file);
   const Trajectory t = trajectory(study, name);
-  Tree<Planar> tree = compile_tree<Planar>(study.mechanism, prescribed_coordinates(t));
-  CompiledTrajectory<Planar> plan = compile_trajectory(study.mechanism, tree, t);
-  MotionStepper<Planar> stepper(study.mechanism, tree, plan);
-  SampleEvaluator<Planar> observer(study.mechanism, tree, plan.freedoms, to_vector<Planar>(t.about));
-  REQUIRE(stepper.begin());
-  for (int k = 1; k <= 100; ++k) REQUIRE(stepper.advance(time * k / 100));
-  stepper.update_accelerations(side);
-  REQUIRE(observer.evaluate(stepper, Detail::forces));
-  return {observer.sample().shaking_force.norm(), observer.sample().shaking_moment.z()};
+  const CompiledMotion<Planar> motion(study.mechanism, t);
+  TreeMotionSource<Planar> source(study.mechanism, motion, t.about, Detail::forces);
+  REQUIRE(source.begin());
+  for (int k = 1; k <= 100; ++k) REQUIRE(source.advance(time * k / 100));
+  source.update_accelerations(side);
+  REQUIRE(source.evaluate());
+  return {source.sample().shaking_force.norm(), source.sample().shaking_moment.z()};
 }
 
 }  // namespace

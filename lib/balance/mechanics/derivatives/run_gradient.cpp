@@ -2,11 +2,10 @@
 
 #include "balance/mechanics/derivatives/dual_evaluator.hpp"
 #include "balance/mechanics/derivatives/prescribed_motion_gradient.hpp"
-#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/kinematics/tree_payloads.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/recorder.hpp"
-#include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 
 #include <algorithm>
@@ -183,53 +182,35 @@ class DualRun {
         quantities_(quantities),
         mechanism_(balance::values_of(mechanism)),
         trajectory_(cast_scalar<double>(trajectory, [](const DualNumber& x) { return x.value; })),
-        needed_(prescribed_coordinates(trajectory_)),
-        tree_(compile_tree<S>(mechanism_, needed_)),
-        plan_(compile_trajectory(mechanism_, tree_, trajectory_)) {}
+        motion_(mechanism_, trajectory_),
+        source_(mechanism_, motion_, trajectory_.about,
+                derivative_detail_ == DerivativeDetail::forces ? Detail::forces : Detail::all) {}
 
   RunGradient run() {
     RunGradient out;
-    out.run.outcome = plan_.outcome;
-    if (plan_.outcome.status != MotionStatus::done) return out;
-    const typename S::Vector about = to_vector<S>(trajectory_.about);
-    SampleEvaluator<S> sample_evaluator(mechanism_, tree_, plan_.freedoms, about);
-    if (!sample_evaluator.actuation().mismatch().empty()) {
-      out.run.outcome = {MotionStatus::mismatch, 0, sample_evaluator.actuation().mismatch(), {}};
-      return out;
-    }
-    motion_gradient_.emplace(dual_mechanism_, tree_, needed_, dual_trajectory_, trajectory_, plan_);
-    evaluator_.emplace(dual_mechanism_, tree_, needed_, plan_.quantities, plan_.has_redundant_closures, plan_.freedoms,
-                       to_vector<DualSpace<S>>(dual_trajectory_.about));
+    out.run.outcome = source_.outcome();
+    if (out.run.outcome.status != MotionStatus::done) return out;
+    const CompiledTrajectory<S>& plan = motion_.plan;
+    const std::vector<CoordinateId> needed = prescribed_coordinates(trajectory_);
+    motion_gradient_.emplace(dual_mechanism_, source_.tree(), needed, dual_trajectory_, trajectory_, plan);
+    evaluator_.emplace(dual_mechanism_, source_.tree(), needed, plan.quantities, plan.has_redundant_closures,
+                       plan.freedoms, to_vector<DualSpace<S>>(dual_trajectory_.about));
     allocate(out);
-    TreePayloads<S> payloads(mechanism_, tree_, plan_.prescribed_motion->duration());
-    TreePayloads<DualSpace<S>> dual_payloads(dual_mechanism_, evaluator_->tree(), plan_.prescribed_motion->duration());
-    const auto apply_payloads = [&](double time) {
-      payloads.apply(time, tree_);
-      dual_payloads.apply(time, evaluator_->tree());
-    };
-    apply_payloads(0);
-    MotionStepper<S> stepper(mechanism_, tree_, plan_);
-    stepper.set_regularity_monitor(sample_evaluator.regularity_monitor());
-    MotionOutcome failure;
-    const bool is_completed =
-        visit_time_grid(stepper, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
-          if (grid_point.kind == TimeGridPoint::Kind::after_jump) apply_payloads(stepper.time());
-          // the sample stands for a jump at the same time, unless the variables move the jump away from it
-          if (grid_point.has_coincident_next && grid_point.kind == TimeGridPoint::Kind::after_jump &&
-              !motion_gradient_->is_moving_jump(grid_point.index))
-            return true;
-          if (!sample_evaluator.evaluate(stepper, detail()) || !differentiate_at(stepper, grid_point)) {
-            failure = make_actuation_singularity_outcome(stepper.time(),
-                                                         format_configuration(mechanism_, tree_, stepper.y()));
-            return false;
-          }
-          record(sample_evaluator.sample(), grid_point, out);
-          return true;
-        });
+    TreePayloads<DualSpace<S>> payloads(dual_mechanism_, evaluator_->tree(), plan.prescribed_motion->duration());
+    payloads.apply(0, evaluator_->tree());
+    const bool is_completed = visit_time_grid(source_, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
+      const bool is_after_jump = grid_point.kind == TimeGridPoint::Kind::after_jump;
+      if (is_after_jump) payloads.apply(source_.time(), evaluator_->tree());
+      // the sample stands for a jump at the same time, unless the variables move the jump away from it
+      if (is_after_jump && grid_point.has_coincident_next && !motion_gradient_->is_moving_jump(grid_point.index))
+        return true;
+      if (!source_.evaluate()) return false;
+      if (!differentiate_at(grid_point)) return source_.stop_at_actuation_singularity();
+      record(source_.evaluator().sample(), grid_point, out);
+      return true;
+    });
     for (std::size_t k = 0; k < dual_width; ++k) out.closure_gaps[k] = evaluator_->closure_gaps(k);
-    out.run.outcome = {MotionStatus::done, plan_.prescribed_motion->duration(), "",
-                       sample_evaluator.actuation().notes()};
-    if (!is_completed) out.run.outcome = failure.status == MotionStatus::unsolved ? stepper.outcome() : failure;
+    out.run.outcome = is_completed ? source_.completed_outcome() : source_.outcome();
     return out;
   }
 
@@ -237,10 +218,9 @@ class DualRun {
   bool is_requested(const char* quantity) const {
     return quantities_.empty() || std::find(quantities_.begin(), quantities_.end(), quantity) != quantities_.end();
   }
-  Detail detail() const { return derivative_detail_ == DerivativeDetail::forces ? Detail::forces : Detail::all; }
 
   void allocate(RunGradient& out) {
-    const long rows = trajectory_.samples, intermediate_rows = max_intermediate_rows(*plan_.prescribed_motion, rows);
+    const long rows = trajectory_.samples, intermediate_rows = max_intermediate_rows(source_.prescribed_motion(), rows);
     const auto prepare = [&](RunResult& result, long count) {
       name_columns(mechanism_, result);
       result.moment_reference = trajectory_.about;
@@ -255,13 +235,13 @@ class DualRun {
     recorders_.assign(dual_width + 1, ResultRecorder(out.run));
   }
 
-  bool differentiate_at(MotionStepper<S>& stepper, const TimeGridPoint& grid_point) {
+  bool differentiate_at(const TimeGridPoint& grid_point) {
     const Side side = grid_point.kind == TimeGridPoint::Kind::before_jump ? Side::before : Side::after;
     const bool jump =
         grid_point.kind == TimeGridPoint::Kind::before_jump || grid_point.kind == TimeGridPoint::Kind::after_jump;
-    const DualNumber time = motion_gradient_->at(stepper.time(), side, jump ? grid_point.index : -1, target_);
-    evaluator_->differentiate_motion(stepper.y(), target_);
-    if (!evaluator_->evaluate(time, stepper.duration(), detail())) return false;
+    const DualNumber time = motion_gradient_->at(source_.time(), side, jump ? grid_point.index : -1, target_);
+    evaluator_->differentiate_motion(source_.stepper().y(), target_);
+    if (!evaluator_->evaluate(time, source_.prescribed_motion().duration(), source_.detail())) return false;
     if (is_requested("mobility")) evaluator_->sample().mobility = evaluator_->mobility();
     return true;
   }
@@ -286,9 +266,8 @@ class DualRun {
   const DerivativeDetail derivative_detail_ = required_detail(quantities_);
   const Mechanism mechanism_;
   const Trajectory trajectory_;
-  std::vector<CoordinateId> needed_;
-  Tree<S> tree_;
-  CompiledTrajectory<S> plan_;
+  const CompiledMotion<S> motion_;
+  TreeMotionSource<S> source_;
   std::optional<PrescribedMotionGradient> motion_gradient_;
   std::optional<DualEvaluator<S>> evaluator_;
   DriveSampleOf<DualNumber> target_;

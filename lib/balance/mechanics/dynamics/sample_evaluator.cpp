@@ -74,6 +74,11 @@ void SampleEvaluator<S>::classify_coordinates() {
 template <class S>
 bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration,
                                   Detail detail) {
+  if (detail == Detail::kinematics) {
+    update_coordinates(motion);
+    if (mechanism_.tool) read_tool(motion);
+    return true;
+  }
   set_state(motion, detail);
   const bool is_held = balance_efforts(motion, equations, duration);
   read_coordinates(motion);

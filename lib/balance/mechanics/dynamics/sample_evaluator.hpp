@@ -21,8 +21,9 @@ struct TreeMotion {
 
 /// Which quantities to evaluate.
 enum class Detail {
-  forces,  ///< coordinates, efforts, power, centre of mass, shaking and ground wrenches, tool
-  all,     ///< also reactions, energies, velocity of the centre of mass, derived quantities
+  kinematics,  ///< coordinates and tool
+  forces,      ///< coordinates, efforts, power, centre of mass, shaking and ground wrenches, tool
+  all,         ///< also reactions, energies, velocity of the centre of mass, derived quantities
 };
 
 template <class S>
@@ -65,14 +66,6 @@ class SampleEvaluator {
   /// @param efforts per actuator
   /// @param multipliers per closure row, as Actuation::multipliers()
   void evaluate_under_efforts(const TreeMotion<S>& motion, const T* efforts, const std::vector<T>& multipliers);
-
-  /// Evaluates only the coordinates and the tool at the stepper's present instant.
-  template <class Stepper>
-  void evaluate_kinematics(Stepper& stepper) {
-    const TreeMotion<S> motion = current_motion(stepper);
-    update_coordinates(motion);
-    if (mechanism_.tool) read_tool(motion);
-  }
 
   /// Whether instants can be solved elsewhere (mechanics/lanes/lane_kernels.hpp): all coordinates linear in the tree's,
   /// no external force but weight, no friction, efforts from one square system.

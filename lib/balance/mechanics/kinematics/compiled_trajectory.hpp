@@ -30,12 +30,17 @@ struct CompiledTrajectory {
 template <class S>
 CompiledTrajectory<S> compile_trajectory(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory);
 
-/// The request from which the prescribed motion is made.
-/// @param from, to values of the drive's quantities at the ends
-/// @throws std::invalid_argument if a secondary task is not a quantity of the drive
-PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& trajectory,
-                                                         const DriveQuantities& quantities, DriveValue from,
-                                                         DriveValue to);
+/// The tree of a mechanism, and a trajectory compiled for it.
+template <class S>
+struct CompiledMotion {
+  /// @throws std::invalid_argument as compile_trajectory
+  CompiledMotion(const Mechanism& mechanism, const Trajectory& trajectory)
+      : tree(compile_tree<S>(mechanism, prescribed_coordinates(trajectory))),
+        plan(compile_trajectory(mechanism, tree, trajectory)) {}
+
+  Tree<S> tree;
+  CompiledTrajectory<S> plan;
+};
 
 /// The equations that a pose states, with their values.
 template <class S>

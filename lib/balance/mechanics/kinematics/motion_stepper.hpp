@@ -74,6 +74,7 @@ class MotionStepper {
   bool is_explicit() const { return is_explicit_; }
   /// Poses and angular velocities now; origins' velocities only if a closure slides; accelerations are scratch.
   TreeState<S>& state() { return state_; }
+  const TreeState<S>& state() const { return state_; }
 
   /// Smallest singular value of the scaled matrix at the present configuration.
   double mobility();

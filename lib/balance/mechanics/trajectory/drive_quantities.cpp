@@ -1,11 +1,14 @@
 #include "balance/mechanics/trajectory/drive_quantities.hpp"
 
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/mechanics/trajectory/path_offsets.hpp"
+
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
-#include "balance/foundation/base/spelling.hpp"
+#include <utility>
 
 namespace balance {
 
@@ -209,6 +212,42 @@ bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& traj
     case DriveKind::com: return to.com && !to.tool && to.joints.empty();
   }
   return false;
+}
+
+namespace {
+
+/// A circle or arc projected onto the coordinate plane of two components.
+Path project_path(Path path, int a, int b) {
+  const auto project = [&](const Vector3& v) { return Vector3(v[a], v[b], 0); };
+  if (auto* circle = std::get_if<CirclePath>(&path)) {
+    const Vector3 plane_normal = Vector3::Unit(a).cross(Vector3::Unit(b));
+    circle->normal = project(circle->normal) + circle->normal.dot(plane_normal) * Vector3::UnitZ();
+    circle->centre = project(circle->centre);
+  } else if (auto* arc = std::get_if<ArcPath>(&path)) {
+    arc->via = project(arc->via);
+  }
+  return path;
+}
+
+}  // namespace
+
+PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& trajectory,
+                                                         const DriveQuantities& quantities, DriveValue from,
+                                                         DriveValue to) {
+  PrescribedMotion::Request request;
+  request.law = trajectory.law;
+  request.duration = trajectory.duration;
+  request.from = std::move(from), request.to = std::move(to);
+  const std::vector<int>& components = quantities.point.empty() ? quantities.com : quantities.point;
+  request.position_components = components.size() < 2 ? 0 : static_cast<int>(components.size());
+  request.path = components.size() == 2 ? project_path(trajectory.path, components[0], components[1]) : trajectory.path;
+  request.has_rotation = !quantities.rotation.empty();
+  if (const auto* waypoints = std::get_if<WaypointPath>(&trajectory.path))
+    for (const PoseTarget& point : waypoints->points)
+      request.via.push_back(
+          read_pose_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
+  add_secondary_tasks(trajectory, quantities, request);
+  return request;
 }
 
 }  // namespace balance

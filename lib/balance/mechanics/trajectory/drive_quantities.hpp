@@ -3,6 +3,7 @@
 /// equations.
 
 #include "balance/mechanics/trajectory/drive_sample.hpp"
+#include "balance/mechanics/trajectory/prescribed_motion.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 #include <string>
@@ -47,5 +48,12 @@ DriveValue read_pose_values(const DriveQuantities& quantities, const PoseTarget&
 /// Whether the pose `to` determines the end of the driven quantities without a search for a configuration. Quantities
 /// that it does not specify keep their values.
 bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& trajectory);
+
+/// The request from which the prescribed motion is made.
+/// @param from, to values of the drive's quantities at the ends
+/// @throws std::invalid_argument if a secondary task is not a quantity of the drive
+PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& trajectory,
+                                                         const DriveQuantities& quantities, DriveValue from,
+                                                         DriveValue to);
 
 }  // namespace balance

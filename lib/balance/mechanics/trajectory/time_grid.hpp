@@ -2,7 +2,7 @@
 /// Times at which a trajectory is evaluated, in increasing order: every sample, both sides of every jump and, if
 /// samples are few, intermediate times.
 
-#include "balance/mechanics/trajectory/prescribed_motion.hpp"
+#include "balance/mechanics/trajectory/motion_source.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,19 +46,15 @@ struct TimeGridPoint {
   bool has_coincident_next = false;  ///< a jump at a grid time: the next grid point holds the values after it
 };
 
-/// Moves a stepper of either formulation from point to point.
-/// @param stepper with begin(), advance(time), update_accelerations(side), time()
-/// @param visit called with each TimeGridPoint; returns false to stop
-/// @return false if the stepper failed (its outcome says why) or `visit` stopped
-template <class Stepper, class Visitor>
-bool visit_time_grid(Stepper& stepper, const PrescribedMotion& motion, long samples, Visitor&& visit) {
-  bool started = false;
-  const auto move_to = [&](double time) {
-    if (started && stepper.time() == time) return true;
-    const bool is_reached = started ? stepper.advance(time) : stepper.begin();
-    started = true;
-    return is_reached;
-  };
+/// Moves a source from point to point, and lets it attach and detach payloads on the way.
+/// @param visit called with each TimeGridPoint, not evaluated yet; returns false to stop
+/// @return false if the source failed (its outcome says why) or `visit` stopped
+template <class Visitor>
+bool visit_time_grid(MotionSource& source, long samples, Visitor&& visit) {
+  source.update_payloads();
+  if (!source.begin()) return false;
+  const auto move_to = [&](double time) { return source.time() == time || source.advance(time); };
+  const PrescribedMotion& motion = source.prescribed_motion();
   const double duration = motion.duration();
   const std::vector<double>& jumps = motion.jump_times();
   const TimeGrid times{duration, samples};
@@ -69,10 +65,11 @@ bool visit_time_grid(Stepper& stepper, const PrescribedMotion& motion, long samp
     for (; j < jumps.size() && jumps[j] <= time * (1 + 1e-12); ++j) {
       const bool is_at_grid_time = std::abs(jumps[j] - time) <= 1e-12 * duration;
       if (!move_to(is_at_grid_time ? time : jumps[j])) return false;
-      stepper.update_accelerations(Side::before);
+      source.update_accelerations(Side::before);
       if (!visit(TimeGridPoint{TimeGridPoint::Kind::before_jump, static_cast<long>(j), k, is_at_grid_time}))
         return false;
-      stepper.update_accelerations(Side::after);
+      source.update_accelerations(Side::after);
+      source.update_payloads();
       if (!visit(TimeGridPoint{TimeGridPoint::Kind::after_jump, static_cast<long>(j), k, is_at_grid_time}))
         return false;
     }

@@ -18,6 +18,7 @@
 #include "balance/motion/control/desired_motion.hpp"
 #include "balance/motion/control/plant.hpp"
 #include "balance/motion/control/sensor.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/time_optimal/resolve_trajectory.hpp"
 
 #include <fmt/format.h>
@@ -41,7 +42,7 @@ struct ControllerState {
 class ClosedLoopRecorder {
  public:
   /// @param desired may be filled in later, but must not move; `law` must be started before rows are written
-  ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const DesiredMotion& desired)
+  ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const MotionTable& desired)
       : mechanism_(mechanism), law_(law), desired_(desired) {}
 
   /// Sets names and allocates rows. Omits quantities that need a desired motion if that motion is not known.
@@ -56,7 +57,7 @@ class ClosedLoopRecorder {
 
   const Mechanism& mechanism_;
   const ControlLaw& law_;
-  const DesiredMotion& desired_;
+  const MotionTable& desired_;
   std::optional<ResultRecorder> recorder_;
   Sample sample_;
 };
@@ -143,7 +144,7 @@ std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& e
   return out;
 }
 
-DesiredState desired_state_at(const DesiredMotion& motion, Eigen::Index row) {
+DesiredState desired_state_at(const MotionTable& motion, Eigen::Index row) {
   return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
@@ -259,8 +260,10 @@ class ClosedLoopRun {
     if (desired_.rows > 0) {
       position = desired_.position.row(0);
       velocity = desired_.velocity.row(0);
-    } else if (!is_successful(solve_start_position(mechanism_, trajectory_, position))) {
-      return false;
+    } else {  // the trajectory cannot be followed
+      const std::vector<CoordinateValue> start = start_coordinates(mechanism_, trajectory_);
+      if (start.empty()) return is_successful({MotionStatus::unreachable, 0, "the start pose cannot be reached", {}});
+      for (const CoordinateValue& joint : start) position[joint.coordinate] = joint.value;
     }
     const InitialError& error = controller_.initial_error;
     if (error.tool && !is_successful(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position)))
@@ -285,7 +288,7 @@ class ClosedLoopRun {
     std::vector<double> times;
     for (int k = 0; k <= gain_samples * gain_sample_refinement; ++k)
       times.push_back(find_trajectory_duration(trajectory_) * k / (gain_samples * gain_sample_refinement));
-    const DesiredMotion motion = compute_desired_motion(mechanism_, trajectory_, times);
+    const MotionTable motion = compute_desired_motion(mechanism_, trajectory_, times);
     for (Eigen::Index k = 0; k < motion.rows; ++k) {
       basis.peak_acceleration =
           basis.peak_acceleration.cwiseMax(actuated(motion.acceleration.row(k).transpose()).cwiseAbs());
@@ -382,7 +385,7 @@ class ClosedLoopRun {
   std::optional<Plant> plant_;
   long samples_ = 0;
   std::vector<SampleEvent> events_;
-  DesiredMotion desired_;  ///< one row per event
+  MotionTable desired_;  ///< one row per event
   VectorX efforts_, variation_, saturated_;
   RunResult result_;
   IntermediateSamples intermediate_samples_;

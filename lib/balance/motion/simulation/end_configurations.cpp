@@ -1,8 +1,7 @@
 #include "balance/motion/simulation/end_configurations.hpp"
 
-#include "balance/mechanics/kinematics/compiled_trajectory.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
-#include "balance/mechanics/kinematics/motion_stepper.hpp"
 #include "balance/mechanics/kinematics/space.hpp"
 #include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/motion/simulation/simulate.hpp"
@@ -31,11 +30,13 @@ std::vector<CoordinateValue> find_start_coordinates(const Mechanism& mechanism, 
 
 }  // namespace
 
+std::vector<CoordinateValue> start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
+  return dispatch_space(mechanism.space, [&]<class S>(S) { return find_start_coordinates<S>(mechanism, trajectory); });
+}
+
 std::vector<CoordinateValue> start_coordinates(const Study& study) {
   if (study.trajectories.empty()) return {};
-  const Trajectory& trajectory = study.trajectories.front();
-  return dispatch_space(study.mechanism.space,
-                        [&]<class S>(S) { return find_start_coordinates<S>(study.mechanism, trajectory); });
+  return start_coordinates(study.mechanism, study.trajectories.front());
 }
 
 Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& coordinates) {
@@ -48,15 +49,13 @@ namespace {
 /// Configuration at the start of a run, even if the run fails later.
 template <class S>
 ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<S> plan = compile_trajectory(mechanism, tree, trajectory);
-  if (plan.outcome.status != MotionStatus::done) return {plan.outcome, {}};
-  MotionStepper<S> stepper(mechanism, tree, plan);
-  if (!stepper.begin()) return {stepper.outcome(), {}};
+  const CompiledMotion<S> motion(mechanism, trajectory);
+  TreeMotionSource<S> source(mechanism, motion, trajectory.about, Detail::kinematics);
+  if (!source.begin()) return {source.outcome(), {}};
   ConfigurationResult result;
   result.outcome.status = MotionStatus::done;
-  const std::vector<double> q =
-      compute_coordinates(mechanism, tree, Eigen::Map<const VectorX>(stepper.y(), tree.columns));
+  const std::vector<double> q = compute_coordinates(
+      mechanism, source.tree(), Eigen::Map<const VectorX>(source.stepper().y(), source.tree().columns));
   for (std::size_t c = 0; c < q.size(); ++c) result.coordinates.push_back({static_cast<int>(c), q[c]});
   return result;
 }

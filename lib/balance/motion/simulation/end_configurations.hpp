@@ -9,8 +9,11 @@
 
 namespace balance {
 
-/// All coordinates at the start of the first trajectory, in the assembly mode that the spec selects; empty without
-/// trajectories or if the pose cannot be reached.
+/// All coordinates in the trajectory's start pose, in the assembly mode that the spec selects, whether or not the
+/// trajectory can be followed; empty if the pose cannot be reached.
+std::vector<CoordinateValue> start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory);
+
+/// The same for the first trajectory; empty without trajectories.
 std::vector<CoordinateValue> start_coordinates(const Study& study);
 
 /// The mechanism with these coordinates as `assembly`; unchanged if there are none.

@@ -26,36 +26,34 @@ std::unique_ptr<GroupSolver<Spatial>> make_group_solver(InstructionSet instructi
 }  // namespace
 
 template <class S>
-GroupStepper<S>::GroupStepper(const Mechanism& mechanism, const Tree<S>& tree, const CompiledTrajectory<S>& plan,
-                              const TimeGrid& times, const typename S::Vector& about, MotionStepper<S>& stepper,
-                              SampleEvaluator<S>& observer, InstructionSet instruction_set)
-    : mechanism_(mechanism),
-      tree_(tree),
-      plan_(plan),
-      times_(times),
-      about_(about),
-      stepper_(stepper),
-      observer_(observer),
+GroupStepper<S>::GroupStepper(TreeMotionSource<S>& source, long samples, InstructionSet instruction_set)
+    : source_(source),
+      tree_(source.tree()),
+      plan_(source.plan()),
+      stepper_(source.stepper()),
+      observer_(source.evaluator()),
+      times_{plan_.prescribed_motion->duration(), samples},
       instruction_set_(instruction_set),
-      is_explicit_(stepper.is_explicit()),
-      can_use_groups_(!plan.has_redundant_closures && tree.position_rows == tree.closure_rows &&
-                      !stepper.equations().structurally_singular() && tree.columns > 0 &&
-                      tree.columns <= max_dense_columns && observer.can_use_lanes()) {
-  groups_.fill(GroupCoordinates(tree.columns));
-  job_.coordinates = GroupCoordinates(tree.columns);
+      is_explicit_(stepper_.is_explicit()),
+      can_use_groups_(!plan_.has_redundant_closures && tree_.position_rows == tree_.closure_rows &&
+                      !stepper_.equations().structurally_singular() && tree_.columns > 0 &&
+                      tree_.columns <= max_dense_columns && observer_.can_use_lanes()),
+      sample_(&observer_.sample()) {
+  groups_.fill(GroupCoordinates(tree_.columns));
+  job_.coordinates = GroupCoordinates(tree_.columns);
   for (auto* numbers : {&job_.value, &job_.rate, &job_.acceleration})
-    numbers->resize(static_cast<std::size_t>(plan.drive.value_count()) * group_size);
+    numbers->resize(static_cast<std::size_t>(plan_.drive.value_count()) * group_size);
   job_.rotation.resize(std::size_t{9} * group_size);
   for (auto* numbers : {&job_.angular_velocity, &job_.angular_acceleration})
     numbers->resize(std::size_t{3} * group_size);
-  job_.samples.fill(observer.sample());
+  job_.samples.fill(observer_.sample());
   for (VectorX* values : {&coordinate_sample_.y, &coordinate_sample_.dy, &coordinate_sample_.ddy})
-    values->setZero(tree.columns);
+    values->setZero(tree_.columns);
 }
 
 template <class S>
 bool GroupStepper<S>::begin() {
-  if (!stepper_.begin()) return false;
+  if (!source_.begin()) return false;
   restart();
   step_ = 1;
   is_at_even_step_ = true;
@@ -74,7 +72,7 @@ bool GroupStepper<S>::advance(double time) {
   }
   synchronise_stepper();
   const int references = stepper_.reference_resets();
-  if (!stepper_.advance(time)) return false;
+  if (!source_.advance(time)) return false;
   if (stepper_.reference_resets() != references) {  // neither previous coordinates nor the tree are comparable any more
     restart();
     group_solver_.reset();
@@ -95,9 +93,11 @@ void GroupStepper<S>::update_accelerations(Side side) {
 }
 
 template <class S>
-void GroupStepper<S>::update_masses() {
+bool GroupStepper<S>::update_payloads() {
+  if (!source_.update_payloads()) return false;
   group_solver_.reset();
   is_solver_started_ = false;
+  return true;
 }
 
 /// The motion does not continue smoothly at the current moment: discards the history.
@@ -154,7 +154,7 @@ bool GroupStepper<S>::solve_group() {
   if (!sample_drive(time())) return false;
   if (!group_solver_) {
     group_solver_ = make_group_solver(
-        instruction_set_, GroupSetup<S>{mechanism_, tree_, plan_.drive, observer_.actuation(), about_,
+        instruction_set_, GroupSetup<S>{source_.mechanism(), tree_, plan_.drive, observer_.actuation(), source_.about(),
                                         stepper_.residual_tolerance(), stepper_.matrix_columns(), is_explicit_});
     is_solver_started_ = false;
   }
@@ -236,18 +236,17 @@ void GroupStepper<S>::adopt_next() {
 }
 
 template <class S>
-bool GroupStepper<S>::observe() {
+bool GroupStepper<S>::evaluate() {
+  Sample& sample = in_group_ ? job_.samples[static_cast<std::size_t>(next_in_group_ - 1)] : observer_.sample();
+  sample_ = &sample;
   if (in_group_) {
-    sample_ = &job_.samples[static_cast<std::size_t>(next_in_group_ - 1)];
-    sample_->time = time();
-    observer_.complete_sample(stepper_.y(), stepper_.dy(), stepper_.ddy(), *sample_);
+    sample.time = time();
+    observer_.complete_sample(stepper_.y(), stepper_.dy(), stepper_.ddy(), sample);
   } else {
-    const bool is_held = observer_.evaluate(stepper_, Detail::all);
-    sample_ = &observer_.sample();
-    if (!is_held) return false;
-    sample_->mobility = stepper_.mobility();
+    if (!source_.evaluate()) return false;
+    sample.mobility = stepper_.mobility();
   }
-  sample_->newton_iterations = stepper_.iterations();
+  sample.newton_iterations = stepper_.iterations();
   return true;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
-/// Follows a compiled trajectory and evaluates everything along it, like a MotionStepper with a SampleEvaluator, but
-/// many moments at once wherever possible.
+/// Follows a motion and evaluates everything along it, like a TreeMotionSource, but many moments at once wherever
+/// possible.
 
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/lanes/lane_kernels.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 
@@ -15,28 +15,26 @@ namespace balance {
 /// from those before. If any moment of a group is doubtful (no convergence, too long a step, near a singularity), the
 /// group is left to the stepper: only the stepper decides on failures and notes of a run.
 template <class S>
-class GroupStepper {
+class GroupStepper final : public MotionSource {
  public:
-  /// All references must outlive it.
-  /// @param stepper monitors the observer's regularity
-  /// @param about reference point of moments in the world
+  /// @param source evaluates Detail::all; must outlive this object
+  /// @param samples of the time grid that is to be visited
   /// @param instruction_set for groups: results do not depend on it, see docs/developing.md
-  GroupStepper(const Mechanism& mechanism, const Tree<S>& tree, const CompiledTrajectory<S>& plan,
-               const TimeGrid& times, const typename S::Vector& about, MotionStepper<S>& stepper,
-               SampleEvaluator<S>& observer, InstructionSet instruction_set = list_instruction_sets().back());
+  GroupStepper(TreeMotionSource<S>& source, long samples,
+               InstructionSet instruction_set = list_instruction_sets().back());
 
-  // For visit_time_grid().
-  bool begin();
-  bool advance(double time);
-  void update_accelerations(Side side);
-  double time() const { return stepper_.time(); }
+  const MotionOutcome& outcome() const override { return source_.outcome(); }
+  const PrescribedMotion& prescribed_motion() const override { return source_.prescribed_motion(); }
+  bool begin() override;
+  bool advance(double time) override;
+  void update_accelerations(Side side) override;
+  bool update_payloads() override;
+  double time() const override { return stepper_.time(); }
+  bool evaluate() override;
+  const Sample& sample() const override { return *sample_; }
+  double point_speed(BodyId body, const Vector3& point) const override { return source_.point_speed(body, point); }
+  double angular_speed(BodyId body) const override { return source_.angular_speed(body); }
 
-  /// Call when the tree's masses have changed at the current moment.
-  void update_masses();
-  /// Evaluates everything at the current moment.
-  /// @return false if the actuators do not hold the mechanism there
-  bool observe();
-  const Sample& last() const { return *sample_; }
   /// Number of moments computed in groups so far.
   long group_step_count() const { return group_step_count_; }
   /// The current moment for further evaluation, with the observer evaluated there.
@@ -52,13 +50,12 @@ class GroupStepper {
   bool is_accepted() const;
   void adopt_next();
 
-  const Mechanism& mechanism_;
+  TreeMotionSource<S>& source_;
   const Tree<S>& tree_;
   const CompiledTrajectory<S>& plan_;
-  TimeGrid times_;
-  typename S::Vector about_;
   MotionStepper<S>& stepper_;
   SampleEvaluator<S>& observer_;
+  TimeGrid times_;
   InstructionSet instruction_set_;
   bool is_explicit_, can_use_groups_;
   long step_ = 0;                           ///< index of the next even step
@@ -76,7 +73,7 @@ class GroupStepper {
   bool in_group_ = false;                         ///< the current moment belongs to a computed group
   DriveSample drive_;
   CoordinateSample coordinate_sample_;
-  Sample* sample_ = nullptr;
+  const Sample* sample_;
 };
 
 extern template class GroupStepper<Planar>;

@@ -1,13 +1,11 @@
 #include "balance/motion/time_optimal/path_model.hpp"
 
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
-#include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -276,25 +274,16 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
  public:
   PathDynamicsSamplerOf(const Mechanism& mechanism, const Trajectory& trajectory,
                         const std::vector<LimitableQuantity>& quantities)
-      : mechanism_(mechanism),
-        trajectory_(reparametrise_by_path(trajectory)),
-        tree_(compile_tree<S>(mechanism, prescribed_coordinates(trajectory_))),
-        compiled_tree_(tree_),
-        plan_(compile_trajectory(mechanism, tree_, trajectory_)) {
-    outcome_ = plan_.outcome;
+      : mechanism_(mechanism), trajectory_(reparametrise_by_path(trajectory)), path_(mechanism, trajectory_) {
+    outcome_ = make_source().outcome();
     if (outcome_.status != MotionStatus::done) return;
-    evaluator_.emplace(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
-    if (!evaluator_->actuation().mismatch().empty()) {
-      outcome_ = {MotionStatus::mismatch, 0, evaluator_->actuation().mismatch(), {}};
-      return;
-    }
     if (!is_moving()) {
       outcome_ = {MotionStatus::limits_not_held, 0, "the path ends where it begins, and nothing moves on it", {}};
       return;
     }
-    quantities_ = plan_.quantities;
-    leg_ends_ = plan_.prescribed_motion->segment_end_times();
-    knots_ = plan_.prescribed_motion->knot_times();
+    quantities_ = path_.plan.quantities;
+    leg_ends_ = path_.plan.prescribed_motion->segment_end_times();
+    knots_ = path_.plan.prescribed_motion->knot_times();
     leg_ends_.insert(leg_ends_.begin(), 0);
     leg_ends_.push_back(1);
     start_speed_ = speed(0, Side::after);
@@ -302,38 +291,37 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     for (const Friction& friction : mechanism.friction)
       if (friction.dry_friction(1) != 0 || friction.dry_friction(-1) != 0) friction_.push_back(friction.coordinate);
     for (const LimitableQuantity& quantity : quantities) add_quantity(quantity);
-    rate_.assign(static_cast<std::size_t>(tree_.columns), 0);
+    rate_.assign(static_cast<std::size_t>(path_.tree.columns), 0);
     acceleration_ = rate_;
   }
 
   bool sample(const std::vector<double>& path_parameters, Samples& rows) override {
     rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), columns_);
     return visit_path_points(path_parameters,
-                             [&](MotionStepper<S>& stepper, Eigen::Index row) { fill(stepper, &rows(row, 0)); });
+                             [&](TreeMotionSource<S>& source, Eigen::Index row) { fill(source, &rows(row, 0)); });
   }
 
   bool sample_friction(const std::vector<double>& path_parameters, Samples& rows) override {
     rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), friction_count());
-    return visit_path_points(path_parameters, [&](MotionStepper<S>& stepper, Eigen::Index row) {
-      evaluator_->update_coordinates(
-          {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.is_explicit()});
+    return visit_path_points(path_parameters, [&](TreeMotionSource<S>& source, Eigen::Index row) {
+      source.evaluator().evaluate(source.stepper(), Detail::kinematics);
       for (std::size_t i = 0; i < friction_.size(); ++i)
-        rows(row, static_cast<Eigen::Index>(i)) = evaluator_->sample().velocity[friction_[i]];
+        rows(row, static_cast<Eigen::Index>(i)) = source.sample().velocity[friction_[i]];
     });
   }
 
   ReactionMagnitude max_reactions(const std::vector<double>& path_parameters) override {
     ReactionMagnitude reactions;
     const bool previous_detail = std::exchange(all_detail_, true);
-    visit_path_points(path_parameters, [&](MotionStepper<S>& stepper, Eigen::Index) {
+    visit_path_points(path_parameters, [&](TreeMotionSource<S>& source, Eigen::Index) {
       for (const auto& [ds, dds] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
-        const Sample& observed = observe(stepper, ds, dds);
+        const Sample& observed = observe(source, ds, dds);
         for (const Vector3& force : observed.joint_force) reactions.force = std::max(reactions.force, force.norm());
         for (const Vector3& moment : observed.joint_moment)
           reactions.moment = std::max(reactions.moment, moment.norm());
       }
     });
-    reactions.moment = std::max(reactions.moment, reactions.force * tree_.characteristic_length);
+    reactions.moment = std::max(reactions.moment, reactions.force * path_.tree.characteristic_length);
     all_detail_ = previous_detail;
     return reactions;
   }
@@ -345,16 +333,16 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   bool is_moving() const {
     DriveSample sample;
     for (int k = 0; k < motion_check_points; ++k) {
-      plan_.prescribed_motion->at((k + 0.5) / motion_check_points, Side::after, sample);
-      if (max_abs(sample.rate) > motion_epsilon * std::min(1.0, tree_.characteristic_length)) return true;
+      path_.plan.prescribed_motion->at((k + 0.5) / motion_check_points, Side::after, sample);
+      if (max_abs(sample.rate) > motion_epsilon * std::min(1.0, path_.tree.characteristic_length)) return true;
     }
     return false;
   }
 
   double speed(double time, Side side) const {
     DriveSample sample;
-    plan_.prescribed_motion->at(time, side, sample);
-    const std::size_t point = std::max(plan_.drive.point.size(), plan_.drive.com.size());
+    path_.plan.prescribed_motion->at(time, side, sample);
+    const std::size_t point = std::max(path_.plan.drive.point.size(), path_.plan.drive.com.size());
     return point > 0 ? sample.rate.head(static_cast<Eigen::Index>(point)).norm() : sample.rate.norm();
   }
 
@@ -374,46 +362,41 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     limits_.push_back(limit);
   }
 
+  TreeMotionSource<S> make_source() const {
+    return {mechanism_, path_, trajectory_.about, all_detail_ ? Detail::all : Detail::forces};
+  }
+
   template <class Visit>
   bool visit_path_points(const std::vector<double>& path_parameters, Visit visit) {
-    tree_ = compiled_tree_;  // a stepper changes the reference axes of spherical joints
-    MotionStepper<S> stepper(mechanism_, tree_, plan_);
-    stepper.set_regularity_monitor(evaluator_->regularity_monitor());
-    evaluator_->restart();
-    std::size_t leg = 1;
+    TreeMotionSource<S> source = make_source();
     Eigen::Index row = 0;
-    bool is_feasible = stepper.begin();
-    for (auto s = path_parameters.begin(); is_feasible && s != path_parameters.end(); ++s) {
-      for (; is_feasible && leg_ends_[leg] < *s; ++leg) {
-        is_feasible = stepper.time() >= leg_ends_[leg] || stepper.advance(leg_ends_[leg]);
-        if (is_feasible) stepper.update_accelerations(Side::after);
-      }
-      is_feasible = is_feasible && (*s <= stepper.time() || stepper.advance(*s));
-      if (is_feasible) visit(stepper, row++);
-    }
-    if (!is_feasible) outcome_ = replace_time_prefix(stepper.outcome());
+    const bool is_feasible = visit_times(
+        source, source.prescribed_motion().segment_end_times(), path_parameters,
+        [&](bool is_leg_end) { is_leg_end ? source.update_accelerations(Side::after) : visit(source, row++); });
+    if (!is_feasible) outcome_ = replace_time_prefix(source.outcome());
     return is_feasible;
   }
 
   /// Evaluates the mechanism for the rate s' and the acceleration s'' of the path parameter.
-  const Sample& observe(MotionStepper<S>& stepper, double ds, double dds) {
-    for (int c = 0; c < tree_.columns; ++c) {
+  const Sample& observe(TreeMotionSource<S>& source, double ds, double dds) {
+    MotionStepper<S>& stepper = source.stepper();
+    for (int c = 0; c < path_.tree.columns; ++c) {
       rate_[c] = ds * stepper.dy()[c];
       acceleration_[c] = ds * ds * stepper.ddy()[c] + dds * stepper.dy()[c];
     }
-    if (!stepper.is_explicit()) compute_angular_velocities(tree_, rate_.data(), stepper.state());
-    evaluator_->evaluate(
+    if (!stepper.is_explicit()) compute_angular_velocities(source.tree(), rate_.data(), stepper.state());
+    source.evaluator().evaluate(
         {stepper.state(), stepper.y(), rate_.data(), acceleration_.data(), stepper.time(), stepper.is_explicit()},
-        stepper.equations(), 1, all_detail_ ? Detail::all : Detail::forces);
-    return evaluator_->sample();
+        stepper.equations(), 1, source.detail());
+    return source.sample();
   }
 
   /// At rest, with s'' = 1, and with s' = 1 the quantities are c, a + c and b + c (plus friction). Friction adds
   /// f + d s', where f is dry friction. The values v₁, v₂, v₃ at s' = 1, 2, 3 give b = (v₃ − 2v₂ + v₁)/2 and
   /// d = v₂ − v₁ − 3b. In motion, c + f replaces c.
-  void fill(MotionStepper<S>& stepper, double* row) {
+  void fill(TreeMotionSource<S>& source, double* row) {
     const auto visit = [&](double ds, double dds, auto accumulate) {
-      const Sample& observed = observe(stepper, ds, dds);
+      const Sample& observed = observe(source, ds, dds);
       for (const CoefficientColumns& limit : limits_) {
         const double* values = limit.quantity.values(observed) + limit.quantity.first;
         for (int i = 0; i < limit.quantity.count; ++i) accumulate(limit, i, values[i]);
@@ -455,10 +438,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
 
   const Mechanism& mechanism_;
   Trajectory trajectory_;
-  Tree<S> tree_;
-  const Tree<S> compiled_tree_;
-  CompiledTrajectory<S> plan_;
-  std::optional<SampleEvaluator<S>> evaluator_;
+  const CompiledMotion<S> path_;
   bool all_detail_ = false;
   std::vector<int> friction_;
   std::vector<double> rate_, acceleration_;

@@ -3,10 +3,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/mechanics/dynamics/sample_evaluator.hpp"
-#include "balance/mechanics/kinematics/assembly.hpp"
-#include "balance/mechanics/kinematics/tree_payloads.hpp"
-#include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/row_space.hpp"
@@ -20,62 +17,6 @@
 #include <vector>
 
 namespace balance {
-
-/// Replays a motion any number of times, sample by sample in the order of time.
-template <class S>
-class MotionReplay {
- public:
-  /// @param tree as compiled; replays work on a copy
-  /// @param plan compiled successfully
-  MotionReplay(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree,
-               const CompiledTrajectory<S>& plan)
-      : mechanism_(mechanism),
-        trajectory_(trajectory),
-        plan_(plan),
-        tree_(tree),
-        evaluator_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
-        stepper_(mechanism, tree_, plan),
-        loads_(mechanism, tree, plan.prescribed_motion->duration()) {
-    stepper_.set_regularity_monitor(evaluator_.regularity_monitor());
-  }
-  MotionReplay(const MotionReplay&) = delete;
-  MotionReplay& operator=(const MotionReplay&) = delete;
-
-  const Tree<S>& tree() const { return tree_; }
-  /// Payloads attached at the last visited sample.
-  const TreePayloads<S>& loads() const { return loads_; }
-
-  /// Calls visit(stepper) for every sample and for every side of a jump without a coincident sample: the points of the
-  /// time averages. The stepper holds the state at the sample.
-  template <class Visit>
-  MotionOutcome run(Detail detail, Visit&& visit) {
-    const Actuation<S>& actuation = evaluator_.actuation();
-    if (!actuation.mismatch().empty()) return {MotionStatus::mismatch, 0, actuation.mismatch(), {}};
-    bool is_evaluated = true;
-    loads_.apply(0, tree_);
-    const bool done =
-        visit_time_grid(stepper_, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& point) {
-          if (point.kind == TimeGridPoint::Kind::after_jump) loads_.apply(stepper_.time(), tree_);
-          if (point.kind == TimeGridPoint::Kind::after_jump && point.has_coincident_next) return true;
-          is_evaluated = evaluator_.evaluate(stepper_, detail);
-          if (is_evaluated) visit(stepper_);
-          return is_evaluated;
-        });
-    if (!is_evaluated)
-      return make_actuation_singularity_outcome(stepper_.time(), format_configuration(mechanism_, tree_, stepper_.y()));
-    if (!done) return stepper_.outcome();
-    return {MotionStatus::done, plan_.prescribed_motion->duration(), "", actuation.notes()};
-  }
-
- private:
-  const Mechanism& mechanism_;
-  const Trajectory& trajectory_;
-  const CompiledTrajectory<S>& plan_;
-  Tree<S> tree_;
-  SampleEvaluator<S> evaluator_;
-  MotionStepper<S> stepper_;
-  TreePayloads<S> loads_;
-};
 
 /// Peak, mean and range of a quantity over the samples, as functions of a few coordinates.
 class SampledFigures {
@@ -303,15 +244,9 @@ template <class S>
 class FixedMotion : public FigureSource {
  public:
   FixedMotion(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose)
-      : mechanism_(mechanism),
-        trajectory_(trajectory),
-        loose_(loose),
-        tree_(compile_tree<S>(mechanism_, prescribed_coordinates(trajectory_))),
-        plan_(compile_trajectory(mechanism_, tree_, trajectory_)) {
-    outcome = plan_.outcome;
-    if (outcome.status != MotionStatus::done) return;
-    outcome =
-        MotionReplay<S>(mechanism_, trajectory_, tree_, plan_).run(Detail::forces, [&](auto&) { ++sample_count_; });
+      : mechanism_(mechanism), trajectory_(trajectory), loose_(loose), motion_(mechanism_, trajectory_) {
+    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, Detail::forces);
+    outcome = visit_samples(source, [&] { ++sample_count_; }) ? source.completed_outcome() : source.outcome();
     if (outcome.status == MotionStatus::done) set_units();
   }
 
@@ -352,33 +287,47 @@ class FixedMotion : public FigureSource {
     units_.scale.setOnes(count + 1);
     for (Eigen::Index p = 0; p < count; ++p)
       units_.scale[p] =
-          elementary::pow(tree_.characteristic_length, parameters[static_cast<std::size_t>(p)].length_power);
-    const Eigen::Index inertial = S::inertial_parameter_count * static_cast<Eigen::Index>(tree_.mass_elements.size());
+          elementary::pow(motion_.tree.characteristic_length, parameters[static_cast<std::size_t>(p)].length_power);
+    const Eigen::Index inertial =
+        S::inertial_parameter_count * static_cast<Eigen::Index>(motion_.tree.mass_elements.size());
     units_.families = {0, inertial, count};
+  }
+
+  /// Calls visit() for every sample and for every side of a jump without a coincident sample: the points of the time
+  /// averages, evaluated.
+  /// @return false if the motion ends early
+  template <class Visit>
+  bool visit_samples(TreeMotionSource<S>& source, Visit&& visit) const {
+    return source.outcome().status == MotionStatus::done &&
+           visit_time_grid(source, trajectory_.samples, [&](const TimeGridPoint& point) {
+             if (point.kind == TimeGridPoint::Kind::after_jump && point.has_coincident_next) return true;
+             if (!source.evaluate()) return false;
+             visit();
+             return true;
+           });
   }
 
   /// Evaluates a quantity along the whole motion.
   /// @param add called for each sample with the rows of the quantity and their weight in the average
   template <class Add>
   void collect(const CostQuantity& quantity, Add add) const {
-    MotionReplay<S> replay(mechanism_, trajectory_, tree_, plan_);
-    ForceRegressor<S> forces(mechanism_, replay.tree(), plan_.freedoms, trajectory_.about, loose_);
-    const double duration = plan_.prescribed_motion->duration();
+    const bool needs_velocities = quantity.kind == CostQuantity::Kind::kinetic_energy;  // of all origins
+    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, needs_velocities ? Detail::all : Detail::forces);
+    ForceRegressor<S> forces(mechanism_, source.tree(), motion_.plan.freedoms, trajectory_.about, loose_);
+    const double duration = source.prescribed_motion().duration();
     TrapezoidalAverage trapezoids([&](const MatrixX& rows, double weight) { add(rows, weight / duration); });
-    const bool needs_velocities =
-        quantity.kind == CostQuantity::Kind::kinetic_energy;  // needs the velocities of all origins
     MatrixX rows;
-    replay.run(needs_velocities ? Detail::all : Detail::forces, [&](MotionStepper<S>& stepper) {
-      forces.evaluate(stepper, quantity, rows);
-      zero_absent_payloads(replay.loads(), rows);
-      trapezoids.add_sample(stepper.time(), rows);
+    visit_samples(source, [&] {
+      forces.evaluate(source.stepper(), quantity, rows);
+      zero_absent_payloads(source.payloads(), rows);
+      trapezoids.add_sample(source.time(), rows);
     });
     trapezoids.finish();
   }
 
   /// Zeroes the columns of payloads that are not attached.
   void zero_absent_payloads(const TreePayloads<S>& loads, MatrixX& rows) const {
-    for (std::size_t e = 0; e < tree_.mass_elements.size(); ++e)
+    for (std::size_t e = 0; e < motion_.tree.mass_elements.size(); ++e)
       if (!loads.is_attached(e, loads.current_interval()))
         rows.middleCols(S::inertial_parameter_count * static_cast<Eigen::Index>(e), S::inertial_parameter_count)
             .setZero();
@@ -419,8 +368,7 @@ class FixedMotion : public FigureSource {
   Mechanism mechanism_;
   Trajectory trajectory_;
   FreeSprings loose_;
-  Tree<S> tree_;
-  CompiledTrajectory<S> plan_;
+  CompiledMotion<S> motion_;
   Eigen::Index sample_count_ = 0;
   ColumnScales units_;
 };

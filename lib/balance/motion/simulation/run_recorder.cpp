@@ -1,0 +1,93 @@
+#include "balance/motion/simulation/run_recorder.hpp"
+
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/time_grid.hpp"
+#include "balance/motion/simulation/payload_events.hpp"
+#include "balance/motion/time_optimal/resolve_trajectory.hpp"
+
+#include <memory>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+RunResult without_samples(const MotionOutcome& outcome) {
+  RunResult result;
+  result.outcome = outcome;
+  return result;
+}
+
+}  // namespace
+
+RunResult RunRecorder::record(MotionSource& source, const RecordedContents& contents, long samples_per_report) {
+  if (source.outcome().status != MotionStatus::done) return without_samples(source.outcome());
+  const PrescribedMotion& motion = source.prescribed_motion();
+  RunResult result;
+  IntermediateSamples intermediate_samples;
+  name_columns(mechanism_, result);
+  name_columns(mechanism_, intermediate_samples.rows);
+  result.moment_reference = trajectory_.about;
+  resize_arrays(mechanism_, trajectory_.samples, contents, result);
+  resize_arrays(mechanism_, max_intermediate_rows(motion, trajectory_.samples), contents, intermediate_samples.rows);
+  ResultRecorder recorder(result);
+  const auto write = [&](RunResult& rows, long row) {
+    if (!source.evaluate()) return false;
+    recorder.write(source.sample(), row, rows);
+    take_sample(row);
+    return true;
+  };
+  const PayloadIntervals intervals(mechanism_, motion.duration());
+  int interval = intervals.index_at(0);
+  // after a jump, with its near side evaluated last
+  const auto add_payload_events = [&] {
+    const int before = std::exchange(interval, intervals.index_at(source.time()));
+    if (interval == before) return;
+    const VectorX effort = source.sample().effort;
+    if (!source.evaluate()) return;  // writing this moment fails in the same way
+    const auto payload_motion = [&](std::size_t a) {
+      const Attachment& payload = mechanism_.attachments[a];
+      return PayloadMotion{source.point_speed(payload.body, payload.position), source.angular_speed(payload.body)};
+    };
+    add_payload_changes(mechanism_, intervals, {source.time(), before, interval, effort, source.sample().effort},
+                        payload_motion, result);
+  };
+  const bool is_completed = visit_time_grid(source, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
+    const bool is_after_jump = grid_point.kind == TimeGridPoint::Kind::after_jump;
+    if (is_after_jump) add_payload_events();
+    if (progress_ && grid_point.index % samples_per_report == samples_per_report - 1)
+      progress_(static_cast<double>(grid_point.index) / static_cast<double>(trajectory_.samples));
+    if (grid_point.kind == TimeGridPoint::Kind::sample) return write(result, grid_point.index);
+    if (is_after_jump && grid_point.has_coincident_next) return true;
+    return write(intermediate_samples.rows, intermediate_samples.add(grid_point.next_sample));
+  });
+  if (!is_completed) return without_samples(source.outcome());
+  set_term_magnitudes(result);
+  add_metrics(result, intermediate_samples);
+  if (const auto overflow = find_overflow(result, intermediate_samples, mechanism_)) return without_samples(*overflow);
+  clear_round_off(result);
+  sample_phase_plane(motion, result.phase_plane);
+  result.outcome = {MotionStatus::done, motion.duration(), "", actuation_notes()};
+  if (const std::string note = check_sampling_density(result, intermediate_samples); !note.empty())
+    result.outcome.notes.push_back(note);
+  for (std::string& note : motion_notes()) result.outcome.notes.push_back(std::move(note));
+  add_payload_notes(mechanism_, motion.duration(), result);
+  result.intermediate = std::make_shared<const IntermediateSamples>(std::move(intermediate_samples));
+  return result;
+}
+
+RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
+                       const std::function<RunResult(const Trajectory& resolved)>& run) {
+  check_timing(trajectory);
+  const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
+  if (resolved.outcome.status != MotionStatus::done) return without_samples(resolved.outcome);
+  RunResult result = run(resolved.trajectory);
+  result.optimised_law = resolved.optimised_law;
+  result.corridor_result = resolved.corridor;
+  result.phase_plane.mvc_path_parameter = resolved.phase_plane.mvc_path_parameter;
+  result.phase_plane.mvc_path_rate = resolved.phase_plane.mvc_path_rate;
+  return result;
+}
+
+}  // namespace balance
