@@ -169,7 +169,7 @@ std::size_t sum_widths(const std::vector<std::size_t>& columns, const Widths& wi
   return sum;
 }
 
-constexpr std::size_t min_text_columns = 16;  ///< to which a column of texts shrinks
+constexpr std::size_t min_text_columns = 20;  ///< to which a column of texts shrinks
 
 /// Columns of texts shrink to a fixed width, those of numbers to their numbers if the heading is wider.
 struct TableWidths {
