@@ -200,6 +200,29 @@ class Units(Case):
         both = run("plot", self.specs["mm"], self.specs["in"], "--script", "--quantity", "torque[R]").stdout
         self.assertIn("[N m]", both)  # no units in common
 
+    def test_the_page_of_a_report_has_si_data_and_the_units_to_show(self):
+        pages = {}
+        for system, options in (("si", ()), ("mm", ()), ("mm", ("--units", "si"))):
+            output = self.path("page.html")
+            done = run("report", self.specs[system], "-t", "cycloid", "--samples", "11", "-o", output, "--force", *options)
+            if done.returncode == 5:
+                self.skipTest("built without the page")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(output, encoding="utf-8") as file:
+                data = re.search(r'id="balance-data">(.*?)</script>', file.read(), re.DOTALL).group(1)
+            pages[system, bool(options)] = json.loads(data)
+        shown = pages["mm", False]["units"]
+        self.assertEqual((shown["m"], shown["kg"]), ({"name": "mm", "value": 0.001}, {"name": "g", "value": 0.001}))
+        self.assertAlmostEqual(shown["rad"]["value"], DEG)
+        self.assertEqual(pages["mm", True]["units"], {})
+        self.assertEqual(pages["si", False]["units"], {})
+        self.assertEqual(pages["mm", False]["number_units"], {"counterweights.cw.at[0]": "m", "counterweights.cw.mass": "kg",
+                                                              "bodies.link.mass": "kg", "bodies.link.com[0]": "m"})
+        peaks = [{m["quantity"]: m["peak"] for m in page["trajectories"][0]["before"]["metrics"]} for page in pages.values()]
+        for other in peaks[1:]:
+            for quantity, peak in peaks[0].items():
+                self.assertAlmostEqual(other[quantity], peak, delta=1e-9 * abs(peak) + 1e-9)
+
     def test_inches_without_a_unit_of_force_are_shown_with_pounds(self):
         text = spec("in").replace(", force: lbf", "")
         done = run("simulate", self.write("poundals.yaml", text))
