@@ -67,30 +67,6 @@ std::vector<std::string> list_unit_names() {
   return names;
 }
 
-/// Units that a spec does not choose but that numbers are printed in.
-constexpr NamedUnit derived_units[]{{"J", 1},  {"kJ", 1e3}, {"W", 1},    {"kW", 1e3},
-                                    {"Hz", 1}, {"1", 1},    {"%", 0.01}, {"rpm", 2 * std::numbers::pi / 60}};
-
-const NamedUnit* find_unit(const std::string& name) {
-  for (const std::span<const NamedUnit> units :
-       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
-        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
-        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
-    for (const NamedUnit& unit : units)
-      if (name == unit.name) return &unit;
-  return nullptr;
-}
-
-std::vector<std::string> list_unit_names() {
-  std::vector<std::string> names;
-  for (const std::span<const NamedUnit> units :
-       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
-        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
-        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
-    for (const NamedUnit& unit : units) names.emplace_back(unit.name);
-  return names;
-}
-
 }  // namespace
 
 double read_unit_product(const SpecCursor& cursor) {
