@@ -144,6 +144,9 @@ TEST_CASE("what failed is named on lines of its own, requirements with value, li
                                                {record("a", 10), record("b", 12), record("c", 0, "mechanism")});
   CHECK(format_failures(summary) ==
         "FAILED c: \nFAILED peak(shaking_force) < base [b]: 12 N is 20 % above the limit of 10 N\n");
+  // in a pull request they come first
+  const std::string page = summary_markdown(summary);
+  CHECK_MESSAGE(page.find("[b] (missed): 12 N is 20 % above the limit of 10 N\n") < page.find("## Cases"), page);
   CHECK(format_failures(summarise_batch(suite(""), {record("a", 1), record("b", 1), record("c", 1)})).empty());
 }
 

@@ -20,6 +20,11 @@ def run(*arguments, **options):
     return subprocess.run([PROGRAM, *arguments], text=True, check=False, timeout=120 * SLOWNESS, **options)
 
 
+def unwrapped(text):
+    """The text with the lines that are continued, with blanks at their beginning, on one line each."""
+    return re.sub(r"\n +", " ", text)
+
+
 def config(name, *changes):
     """A mechanism of the project with some of its text replaced: pairs of a pattern, which must be there, and a replacement."""
     with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:

@@ -4,7 +4,7 @@ import json
 import os
 import unittest
 
-from _program import CONFIGS, Case, config, run
+from _program import CONFIGS, Case, config, run, unwrapped
 from _sampling import draw
 
 OPTIMALITY = {"proved-best", "local-best", "stopped", "not-asked"}
@@ -123,7 +123,7 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
         value, result = self.figure(hurried)
         self.assertEqual(result["optimality"], "stopped")
         self.assertGreater(value, 11)
-        text = self.text_of(hurried)
+        text = unwrapped(self.text_of(hurried))
         self.assertRegex(text, r"optimality: stopped: .*not shown to be the best; search: \{seconds: 1\.2\} allows more")
 
     # what has no value
@@ -214,7 +214,7 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
         self.assertEqual(result["status"], "balanced")
         self.assertEqual(result["freedom"], {"of_conditions": 1, "left": 1, "numbers": ["parameters.p", "parameters.q"]})
         self.assertIn("freedom: 1 is left: one of many solutions; what may still change: parameters.p, parameters.q\n",
-                      self.text_of(text))
+                      unwrapped(self.text_of(text)))
         # the least added mass of the 5R is one of a line of designs, and alone the least
         least = self.design(os.path.join(CONFIGS, "5r-design.yaml"))
         self.assertEqual((least["freedom"]["of_conditions"], least["freedom"]["left"]), (1, 0))
@@ -246,7 +246,7 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
         self.assertGreater(least["objective"]["value"], result["objective"]["value"])
         out = self.path("out.yaml")
         text = run("design", spec, "-o", out, "--h5", self.path("out.h5")).stdout
-        self.assertIn("the least possible rms of torque along cycloid; no goal was set\n", text)
+        self.assertIn("the least possible rms of torque along cycloid; no goal was set\n", unwrapped(text))
         self.assertIn(f"written: {out}\n", text)
         torque = json.loads(run("simulate", out, "-t", "cycloid", "--json").stdout)["metrics"]
         self.assertAlmostEqual(next(m for m in torque if m["quantity"] == "torque")["rms"],

@@ -5,7 +5,7 @@ import os
 import unittest
 
 from _program import CONFIGS, Case, run
-from _sampling import draw, traits_of
+from _sampling import draw
 
 WIDTH = 80
 
@@ -13,7 +13,7 @@ WIDTH = 80
 def specs():
     found = [os.path.basename(path) for path in glob.glob(os.path.join(CONFIGS, "*.yaml"))]
     found += [f"poses/{os.path.basename(path)}" for path in glob.glob(os.path.join(CONFIGS, "poses", "*.yaml"))]
-    return draw("mechanisms whose text is measured", sorted(found), 0.2, lambda name: traits_of(os.path.join(CONFIGS, name)))
+    return draw("mechanisms whose text is measured", sorted(found), 0.15)
 
 
 class TextWidth(Case):
@@ -38,7 +38,7 @@ class TextWidth(Case):
                 with open(path, encoding="utf-8") as file:
                     text = file.read()
                 if "free:" in text:
-                    self.assert_fits("design", path, "--seconds", "0.5")
+                    self.assert_fits("design", path, "--seconds", "0.3")
                 if "\ncontrollers:" in text:
                     self.assert_fits("control", path)
                 if "\ntolerances:" in text:

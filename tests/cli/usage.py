@@ -9,7 +9,7 @@ import time
 import unittest
 
 from _four_bar import SHORT, four_bar
-from _program import CONFIGS, PROGRAM, SPEC, Case, run
+from _program import CONFIGS, PROGRAM, SPEC, Case, run, unwrapped
 from _sampling import draw, traits_of
 
 # A four-bar that cannot be assembled.
@@ -180,7 +180,7 @@ class Usage(Case):
         self.assert_quiet_success(done)
         # 7 coordinates, two loops of two equations each: three freedoms; every leg has two elbows.
         freedom = "degrees of freedom  3 (7 coordinates - 4 independent of 4 closure equations); by counting 3\n"
-        self.assertIn(freedom, done.stdout)
+        self.assertIn(freedom, unwrapped(done.stdout))
         self.assertEqual(done.stdout.count("assembly: {"), 8)
         report = json.loads(run("check", SPEC, "--json").stdout)
         self.assertEqual((report["degrees_of_freedom"], len(report["loops"]), len(report["modes"])), (3, 2, 8))

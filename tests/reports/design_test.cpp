@@ -20,7 +20,7 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
         "\n"
         "free number [SI]       lower  upper    before      value\n"
         "bodies.a.com[0]           -1      1  0.500000  -0.250000\n"
-        "counterweights.b.mass      0     10         0    10.0000  at its upper bound\n"
+        "counterweights.b.mass      0     10         0    10.0000  at upper bound\n"
         "\n"
         "no  condition            before  after\n"
         " 1  a.mx + l1 b.m = 0      0.12    met\n"

@@ -267,7 +267,7 @@ namespace {
 bool is_trivial(const Metric& metric) {
   const std::string effort = effort_array_name(metric.quantity);
   const bool is_answer = effort.starts_with("torque") || effort.starts_with("power");
-  const bool is_member = metric.quantity.find('[') != std::string::npos || effort.starts_with("saturation");
+  const bool is_member = metric.quantity.find('[') != std::string::npos;
   const double largest = std::max({std::abs(metric.peak), std::abs(metric.rms), std::abs(metric.mean)});
   return is_member && !is_answer && largest <= metric.round_off;
 }

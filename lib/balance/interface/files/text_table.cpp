@@ -169,7 +169,7 @@ std::size_t sum_widths(const std::vector<std::size_t>& columns, const Widths& wi
   return sum;
 }
 
-constexpr std::size_t min_text_columns = 16;  ///< to which a column of texts shrinks
+constexpr std::size_t min_text_columns = 20;  ///< to which a column of texts shrinks
 
 /// Columns of texts shrink to a fixed width, those of numbers to their numbers if the heading is wider.
 struct TableWidths {
@@ -243,12 +243,27 @@ std::vector<std::vector<std::size_t>> split_columns(const TextTable& table, std:
 
 }  // namespace
 
+namespace {
+
+/// The last blank in the bytes that fit, outside of a unit in brackets; npos: there is none.
+std::size_t find_cell_blank(const std::string& text, std::size_t fitting) {
+  std::size_t last = std::string::npos;
+  int depth = 0;
+  for (std::size_t at = 0; at <= fitting && at < text.size(); ++at) {
+    depth += text[at] == '[' ? 1 : text[at] == ']' ? -1 : 0;
+    if (text[at] == ' ' && depth == 0 && at > 0) last = at;
+  }
+  return last;
+}
+
+}  // namespace
+
 std::vector<std::string> wrap_cell(const std::string& text, std::size_t width) {
   std::vector<std::string> lines;
   std::string rest = text;
   while (width_of(rest) > width) {
     const std::size_t fitting = fitting_bytes(rest, width);
-    std::size_t end = find_blank(rest, 0, fitting), next = end + 1;
+    std::size_t end = find_cell_blank(rest, fitting), next = end + 1;
     if (end == std::string::npos) {
       // not at a bracket that closes, and not so early that the line is nearly empty
       const std::size_t joint = rest.find_last_of(name_joints, fitting - 1);

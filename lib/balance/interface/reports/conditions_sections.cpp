@@ -13,7 +13,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <string_view>
 
 namespace balance {
 
@@ -331,11 +334,46 @@ std::string symbols_text(const ConditionsReportData& view, const SpecUnits& unit
   return text;
 }
 
+namespace {
+
+/// The sentence with the numbers that it states in other units: "push (fx = 5 N)". They are SI.
+std::string convert_stated_numbers(const std::string& sentence, const SpecUnits& units) {
+  if (!has_other_units(units)) return sentence;
+  std::string text;
+  for (std::size_t at = 0; at < sentence.size();) {
+    const std::size_t end = std::min(sentence.find(' ', at), sentence.size());
+    const std::string word = sentence.substr(at, end - at);
+    char* rest = nullptr;
+    const double number = std::strtod(word.c_str(), &rest);
+    const bool is_number = !word.empty() && *rest == '\0';
+    std::string converted;
+    for (const char* si_unit : {"N m s/rad", "N m/rad", "N s/m", "N/m", "N m", "N"}) {
+      const std::size_t length = std::string_view(si_unit).size();
+      const std::size_t next = end + 1 + length;
+      if (!is_number || sentence.compare(end + 1, length, si_unit) != 0) continue;
+      if (next < sentence.size() && std::isalpha(static_cast<unsigned char>(sentence[next])) != 0) continue;
+      const DisplayUnit unit = find_display_unit(si_unit, units);
+      converted = fmt::format("{:.6g} {}", unit.convert(number), unit.name);
+      at = next;
+      break;
+    }
+    if (!converted.empty()) {
+      text += converted;
+      continue;
+    }
+    text += word + (end < sentence.size() ? " " : "");
+    at = end + 1;
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units) {
   if (view.unbalanced_remainder.empty()) return "";
   std::string text = "cannot be balanced by masses or springs and remains:\n";
   for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
-    text += "  " + remainder.text + "\n";
+    text += "  " + convert_stated_numbers(remainder.text, units) + "\n";
     for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort, units) + "\n";
     for (const auto& failure : remainder.failed_trajectories)
       if (failure.trajectory.empty()) text += "      not known at rest: " + failure.reason + "\n";

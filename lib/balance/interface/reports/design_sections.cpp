@@ -579,7 +579,7 @@ std::string reasons(const DesignReportData& view, const SpecUnits& units) {
 
 std::string bound_remark(const FreeNumber& number, int bound) {
   if (!number.discrete_values.empty()) return fmt::format("one of {} sizes", number.discrete_values.size());
-  return bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "");
+  return bound < 0 ? "at lower bound" : (bound > 0 ? "at upper bound" : "");
 }
 
 /// Explains "before" for numbers without a start value.

@@ -11,8 +11,8 @@ std::set<std::string> list_load_names(const SpecCursor* design);
 
 /// If `for` names a number of the mechanism, makes it an input of the recording.
 /// @param number its own value [SI] @param unit of its values in the cases
-Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number, Dimension dimension,
-                                   SignConstraint sign);
+Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
+                                   Dimension dimension, SignConstraint sign);
 
 /// Registers the path of a free number, which `for` must not name.
 void register_free_load_name(const std::string& path, StudyBuilder& draft);

@@ -16,9 +16,7 @@ inline StudyBuilder make_option_builder(const Study& study, const char* option) 
   StudyBuilder draft(study.spec_file);
   draft.study = study;
   draft.mechanism() = convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  // rates and accelerations of options are per second whatever the spec's unit of time
-  draft.units.length = study.mechanism.units.length, draft.units.length_name = study.mechanism.units.length_name;
-  draft.units.angle = study.mechanism.units.angle, draft.units.angle_name = study.mechanism.units.angle_name;
+  static_cast<DisplayUnits&>(draft.units) = study.mechanism.units;
   draft.problems = SpecErrorCollector::of_option(option);
   return draft;
 }

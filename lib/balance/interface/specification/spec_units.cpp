@@ -5,8 +5,8 @@
 
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <cstdlib>
+#include <numbers>
 #include <span>
 #include <utility>
 
@@ -124,9 +124,9 @@ Dimension dimension_of_unit(const std::string& unit) {
 
 std::string unit_of_dimension(Dimension dimension) {
   std::string above, below;
-  for (const auto& [name, exponent] : {std::pair("N", dimension.force), std::pair("kg", dimension.mass),
-                                       std::pair("m", dimension.length), std::pair("s", dimension.time),
-                                       std::pair("rad", dimension.angle)}) {
+  for (const auto& [name, exponent] :
+       {std::pair("N", dimension.force), std::pair("kg", dimension.mass), std::pair("m", dimension.length),
+        std::pair("s", dimension.time), std::pair("rad", dimension.angle)}) {
     if (exponent == 0) continue;
     std::string& side = exponent > 0 ? above : below;
     side += (side.empty() ? "" : " ") + std::string(name);
@@ -163,13 +163,12 @@ Units read_units(const SpecCursor& section) {
     const NamedUnit& unit = read_unit(c, "force", force_units);
     units.stated_force = units.force = unit.value, units.force_name = unit.name;
   };
-  read_fields(
-      section, "a mapping of units",
-      {{"length", Presence::optional, read_length},
-       {"mass", Presence::optional, read_mass},
-       {"time", Presence::optional, read_time},
-       {"angle", Presence::optional, read_angle},
-       {"force", Presence::optional, read_force}});
+  read_fields(section, "a mapping of units",
+              {{"length", Presence::optional, read_length},
+               {"mass", Presence::optional, read_mass},
+               {"time", Presence::optional, read_time},
+               {"angle", Presence::optional, read_angle},
+               {"force", Presence::optional, read_force}});
   if (!units.stated_force && is_imperial(units.length_name)) {
     units.force = force_units[pound_force].value, units.force_name = force_units[pound_force].name;
   }
