@@ -48,13 +48,13 @@ class Spec(Shown):
         if self.free_numbers:
             goal = f" for {', '.join(self.goals)}" if self.goals else ""
             tables.append(Table(f"free numbers of the design{goal}", ["path", "unit", "lower", "upper", "start"],
-                                [[one["path"], pretty_unit(one.get("si_unit", "")), one["lower"], one["upper"], one["start"]] for one in self.free_numbers]))
+                                [[one["path"], pretty_unit(one["si_unit"]), one["lower"], one["upper"], one["start"]] for one in self.free_numbers]))
         changed = [f"set: {', '.join(f'{name} = {value}' for name, value in self.set.items())}"] if self.set else []
         return tables, [f"file: {self.file}", *changed, *(f"warning: {warning}" for warning in self.warnings)]
 
     def _units(self) -> Dict[str, str]:
         """The SI unit of every free number by its path; "" for parameters, which are as written."""
-        return {one["path"]: one.get("si_unit", "") for one in self.free_numbers}
+        return {one["path"]: one["si_unit"] for one in self.free_numbers}
 
     def _again(self, text: str) -> Spec:
         """Another text in the place of this one, with nothing overridden."""
@@ -102,7 +102,7 @@ class Spec(Shown):
 
     @property
     def free_numbers(self) -> List[Dict[str, Any]]:
-        """Path, lower, upper, start (SI; parameters as written) and `si_unit` ("" for parameters) of each free number."""
+        """Path, lower, upper, start (SI; parameters as written) and `si_unit` ("": a parameter or without unit) of each free number."""
         return self._native.free_numbers
 
     @property

@@ -4,6 +4,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/reports/check_sections.hpp"
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 #include "balance/synthesis/verification/formulation_check.hpp"
@@ -58,6 +59,7 @@ py::list controllers_of(const Spec& spec) {
 
 py::list free_numbers_of(const Spec& spec) {
   py::list all;
+  const NumberUnits units = list_number_units(spec.study());
   for (const FreeNumber& one : spec.study().free_numbers) {
     py::dict entry;
     entry["path"] = one.key_path;
@@ -65,6 +67,8 @@ py::list free_numbers_of(const Spec& spec) {
     entry["upper"] = one.upper;
     entry["start"] = one.start;
     entry["unit"] = one.unit;
+    const auto unit = units.find(one.key_path);
+    entry["si_unit"] = unit == units.end() || unit->second == "1" ? "" : unit->second;
     all.append(entry);
   }
   return all;

@@ -117,10 +117,12 @@ class Shown(Case):
         state = bm.load(config("rr.yaml")).state({"R1": 0.3, "R2": 0.4})
         self.assertEqual(find_row(state, "torque[R1]"), ["torque[R1]", "N m", f"{state['torque[R1]'][0]:.6g}"])
 
-    def test_of_a_design_the_numbers(self):
+    def test_of_a_design_the_numbers_with_units(self):
         design = bm.load(ARM).design(seed=1)
         table = design.to_pandas()
-        for path in ("counterweights.cw.mass", "counterweights.cw.at[0]"):
+        for path, unit in (("counterweights.cw.mass", "kg"), ("counterweights.cw.at[0]", "m")):
+            self.assertEqual(find_row(design, path)[1], unit)
+            self.assertEqual(table.loc[path, "unit"], unit)
             self.assertEqual(find_row(design, path)[-1], f"{design.values[path]:.6g}")
             self.assertEqual(table.loc[path, "value"], design.values[path])
 
@@ -131,6 +133,7 @@ class Shown(Case):
             self.assertEqual(find_row(front, str(index))[1:3], [f"{value:.6g}" for value in point["values"]])
         units = front.to_pandas().attrs["units"]
         self.assertEqual(units["rms of shaking_moment along steady [N m]"], "N m")
+        self.assertEqual(units["counterweights.cw1.mass"], "kg")
 
     def test_of_conditions_the_program_s_latex(self):
         conditions = bm.load(config("5r.yaml")).conditions("static")
