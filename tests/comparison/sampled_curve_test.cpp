@@ -76,9 +76,9 @@ TEST_CASE("a level is touched at an extremum and at an end, and met once where t
   const SampledCurve rest = curve_of(VectorX::LinSpaced(41, 0, 1), dwell);
   CHECK(rest.find_crossings(0).size() == 1);
   // round-off on the level is no crossing
-  const SampledCurve noise = curve_of(
+  const SampledCurve perturbed = curve_of(
       VectorX::LinSpaced(41, 0, 1), [&](double t) { return 1 - dwell(t) + (t > 0.5 ? 1e-16 * std::sin(1e6 * t) : 0); });
-  CHECK(noise.find_crossings(1).size() == 1);
+  CHECK(perturbed.find_crossings(1).size() == 1);
 }
 
 TEST_CASE("the end of a cycloid is reached although round-off keeps it below its last value") {
