@@ -137,9 +137,39 @@ std::size_t find_blank(const std::string& text, std::size_t begin, std::size_t f
 
 using Widths = std::vector<std::size_t>;
 
-/// Rows of a table whose cells may have several lines.
-std::string format_row(const std::vector<std::string>& cells, const TextTable& table,
-                       const std::vector<std::size_t>& columns, const Widths& widths) {
+/// The last blank in the bytes that fit, outside of a unit in brackets; npos: there is none.
+std::size_t find_cell_blank(const std::string& text, std::size_t fitting) {
+  std::size_t last = std::string::npos;
+  int depth = 0;
+  for (std::size_t at = 0; at <= fitting && at < text.size(); ++at) {
+    depth += text[at] == '[' ? 1 : text[at] == ']' ? -1 : 0;
+    if (text[at] == ' ' && depth == 0 && at > 0) last = at;
+  }
+  return last;
+}
+
+/// Width of the longest part that wrap_cell keeps whole as long as there is space for it.
+std::size_t longest_word(const std::string& text) {
+  std::size_t longest = 0, begin = 0;
+  int depth = 0;
+  for (std::size_t at = 0; at <= text.size(); ++at) {
+    if (at < text.size()) depth += text[at] == '[' ? 1 : text[at] == ']' ? -1 : 0;
+    if (at < text.size() && (text[at] != ' ' || depth != 0)) continue;
+    longest = std::max(longest, width_of(text.substr(begin, at - begin)));
+    begin = at + 1;
+  }
+  return longest;
+}
+
+/// Rows of a table whose cells may have several lines. A name too long for the first column has a line of its own.
+std::string format_row(std::vector<std::string> cells, const TextTable& table, const std::vector<std::size_t>& columns,
+                       const Widths& widths, std::size_t width) {
+  std::string text;
+  if (table.align[0] == Align::left && longest_word(cells[0]) > widths[0]) {
+    for (const std::string& line : wrap_cell(cells[0], width)) text += line + "\n";
+    cells[0].clear();
+    if (std::all_of(columns.begin(), columns.end(), [&](std::size_t i) { return cells[i].empty(); })) return text;
+  }
   std::vector<std::vector<std::string>> lines;
   std::size_t height = 1;
   for (const std::size_t i : columns) {
@@ -147,13 +177,12 @@ std::string format_row(const std::vector<std::string>& cells, const TextTable& t
                                                     : wrap_cell(cells[i], widths[i]));
     height = std::max(height, lines.back().size());
   }
-  std::string text;
   for (std::size_t k = 0; k < height; ++k) {
     std::string line;
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const std::string cell = k < lines[c].size() ? lines[c][k] : "";
-      const std::size_t width = widths[columns[c]];
-      const std::string space(width - std::min(width, width_of(cell)), ' ');
+      const std::size_t column_width = widths[columns[c]];
+      const std::string space(column_width - std::min(column_width, width_of(cell)), ' ');
       if (c > 0) line += "  ";
       line += table.align[columns[c]] == Align::left ? cell + space : space + cell;
     }
@@ -171,20 +200,35 @@ std::size_t sum_widths(const std::vector<std::size_t>& columns, const Widths& wi
 
 constexpr std::size_t min_text_columns = 20;  ///< to which a column of texts shrinks
 
-/// Columns of texts shrink to a fixed width, those of numbers to their numbers if the heading is wider.
+/// What a table gives up to become narrower, one after the other.
+enum class Shrinking {
+  blanks,  ///< texts and headings are broken at blanks
+  names,   ///< and names too long for the first column have lines of their own
+  words,   ///< and words of texts are broken
+};
+
 struct TableWidths {
   Widths natural, least;
 };
 
-TableWidths measure(const TextTable& table) {
+TableWidths measure(const TextTable& table, Shrinking shrinking) {
   TableWidths widths{Widths(table.heading.size(), 0), Widths(table.heading.size(), 0)};
+  Widths word(table.heading.size(), 0);
   for (const auto& row : table.rows) {
     if (row.size() != table.heading.size())
       throw std::invalid_argument("a row of the table has a wrong number of cells");
-    for (std::size_t i = 0; i < row.size(); ++i) widths.natural[i] = std::max(widths.natural[i], width_of(row[i]));
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths.natural[i] = std::max(widths.natural[i], width_of(row[i]));
+      word[i] = std::max(word[i], longest_word(row[i]));
+    }
   }
   for (std::size_t i = 0; i < table.heading.size(); ++i) {
-    widths.least[i] = table.align[i] == Align::left ? min_text_columns : std::max<std::size_t>(widths.natural[i], 6);
+    const bool is_broken =
+        table.align[i] == Align::left && (shrinking == Shrinking::words || (shrinking == Shrinking::names && i == 0));
+    const std::size_t cells = table.align[i] == Align::right ? widths.natural[i]
+                              : is_broken                    ? std::min(word[i], min_text_columns)
+                                                             : std::max(word[i], min_text_columns);
+    widths.least[i] = std::max(cells, longest_word(table.heading[i]));
     widths.natural[i] = std::max(widths.natural[i], width_of(table.heading[i]));
     widths.least[i] = std::min(widths.least[i], widths.natural[i]);
   }
@@ -243,21 +287,6 @@ std::vector<std::vector<std::size_t>> split_columns(const TextTable& table, std:
 
 }  // namespace
 
-namespace {
-
-/// The last blank in the bytes that fit, outside of a unit in brackets; npos: there is none.
-std::size_t find_cell_blank(const std::string& text, std::size_t fitting) {
-  std::size_t last = std::string::npos;
-  int depth = 0;
-  for (std::size_t at = 0; at <= fitting && at < text.size(); ++at) {
-    depth += text[at] == '[' ? 1 : text[at] == ']' ? -1 : 0;
-    if (text[at] == ' ' && depth == 0 && at > 0) last = at;
-  }
-  return last;
-}
-
-}  // namespace
-
 std::vector<std::string> wrap_cell(const std::string& text, std::size_t width) {
   std::vector<std::string> lines;
   std::string rest = text;
@@ -308,18 +337,45 @@ void remove_empty_units(TextTable& table) {
   for (std::size_t& column : table.blocks) --column;
 }
 
+namespace {
+
+struct TableLayout {
+  std::vector<std::vector<std::size_t>> blocks;
+  TableWidths widths;
+};
+
+/// One table is preferred to blocks of columns, as long as no word is broken.
+TableLayout lay_out(const TextTable& table, std::size_t width) {
+  TableLayout layout;
+  const auto try_layout = [&](Shrinking shrinking, bool allows_blocks) {
+    layout.widths = measure(table, shrinking);
+    layout.blocks = split_columns(table, width, layout.widths);
+    return (allows_blocks || layout.blocks.size() == 1) &&
+           std::all_of(layout.blocks.begin(), layout.blocks.end(), [&](const std::vector<std::size_t>& columns) {
+             return sum_widths(columns, shrink_texts(layout.widths, columns, width)) <= width;
+           });
+  };
+  for (const bool allows_blocks : {false, true})
+    for (const Shrinking shrinking : {Shrinking::blanks, Shrinking::names})
+      if (try_layout(shrinking, allows_blocks)) return layout;
+  try_layout(Shrinking::words, true);
+  return layout;
+}
+
+}  // namespace
+
 std::string format_table(const TextTable& raw_table, std::size_t width) {
   TextTable table = raw_table;
   for (std::string& cell : table.heading) cell = escape_for_terminal(cell);
   for (auto& row : table.rows)
     for (std::string& cell : row) cell = escape_for_terminal(cell);
-  const TableWidths widths = measure(table);
+  const auto [blocks, widths] = lay_out(table, width);
   std::string text;
-  for (const std::vector<std::size_t>& columns : split_columns(table, width, widths)) {
+  for (const std::vector<std::size_t>& columns : blocks) {
     const Widths shrunk = shrink_texts(widths, columns, width);
     if (!text.empty()) text += "\n";
-    text += format_row(table.heading, table, columns, shrunk);
-    for (const auto& row : table.rows) text += format_row(row, table, columns, shrunk);
+    text += format_row(table.heading, table, columns, shrunk, width);
+    for (const auto& row : table.rows) text += format_row(row, table, columns, shrunk, width);
   }
   return text;
 }

@@ -21,8 +21,9 @@ struct TextTable {
   std::vector<std::size_t> blocks = {};  ///< columns at which it may be split; empty: at any
 };
 
-/// A table that is too wide has its texts (left-aligned cells) wrapped and is then split into blocks of columns, one
-/// below the other. Numbers are never cut.
+/// A table that is too wide has its texts (left-aligned cells) and headings wrapped at blanks. If that is not enough,
+/// names too long for the first column have lines of their own above the rest of the row; then the table is split into
+/// blocks of columns, one below the other; at last words are broken. Numbers are never cut.
 /// @param width columns that no line exceeds, if every number fits beside the key columns
 /// @throws std::invalid_argument if a row and the heading differ in their number of cells
 std::string format_table(const TextTable& table, std::size_t width = default_text_width);

@@ -145,16 +145,41 @@ std::string start_text(const CheckReport& report, const Mechanism& mechanism, co
   return wrap_list("start pose", values, options.width);
 }
 
-/// A longer line is continued as YAML continues a flow mapping.
+/// A line of YAML, continued after a comma of its flow mapping: a pair of name and value stays whole.
+std::string wrap_flow_mapping(const std::string& begin, const std::string& mapping, const std::string& comment,
+                              std::size_t width) {
+  std::vector<std::string> pairs;
+  for (std::size_t at = 0; at < mapping.size();) {
+    const std::size_t comma = mapping.find(", ", at);
+    const std::size_t end = comma == std::string::npos ? mapping.size() : comma + 2;
+    pairs.push_back(mapping.substr(at, end - at));
+    at = end;
+  }
+  if (!comment.empty()) pairs.push_back("   # " + comment);
+  const std::size_t indent = begin.size() + 2;
+  std::string text, line = begin;
+  bool is_begun = false;
+  for (const std::string& pair : pairs) {
+    const std::size_t blanks = pair.size() - 1 - std::min(pair.find_last_not_of(' '), pair.size() - 1);
+    if (is_begun && line.size() + pair.size() - blanks > width) {
+      text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+      line = std::string(indent, ' ') + pair.substr(pair.find_first_not_of(' '));
+    } else {
+      line += pair;
+    }
+    is_begun = true;
+  }
+  return text + line + "\n";
+}
+
 std::string modes_text(const CheckReport& report, std::size_t width) {
   if (report.modes.empty()) return "";
   std::string text =
       format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()), width);
   for (const AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
-    text += wrap_lines(fmt::format("  {} {}{}\n", mode.is_selected ? "*" : " ", mode.assembly_line,
-                                   mode.is_selected ? "   # selected by the spec" : ""),
-                       width);
+    text += wrap_flow_mapping(mode.is_selected ? "  * " : "    ", mode.assembly_line,
+                              mode.is_selected ? "selected by the spec" : "", width);
   }
   return text;
 }

@@ -246,22 +246,6 @@ std::string format_ranges(const std::vector<int>& rows) {
 
 namespace {
 
-/// SI unit of a parameter of conditions.
-std::string parameter_unit(const Parameter& p) {
-  const auto times_length = [](const std::string& unit, int power) {
-    if (power == 0) return unit;
-    return unit + (power == 1 ? " m" : fmt::format(" m^{}", power));
-  };
-  switch (p.owner_kind) {
-    case ParameterOwner::load: return times_length("N", p.length_power);
-    case ParameterOwner::spring: return p.length_power == 0 ? "N/m" : times_length("N", p.length_power - 1);
-    case ParameterOwner::friction:
-      if (p.kind == ParameterKind::viscous) return p.length_power == 0 ? "N s/m" : "N m s/rad";
-      return p.length_power == 1 ? "N" : "N m";
-    default: return times_length("kg", p.length_power);
-  }
-}
-
 bool is_plain_number(const CoefficientFormula& formula) {
   return formula.factor.powers.empty() && formula.sum.empty() && !formula.wave;
 }
@@ -273,7 +257,7 @@ ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecU
   VectorX si_values(matrix.cols());
   for (Eigen::Index p = 0; p < matrix.cols(); ++p)
     si_values[p] =
-        find_display_unit(parameter_unit(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
+        find_display_unit(unit_of(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
   if ((si_values.array() == 1).all()) return view;
   VectorX& known = view.conditions.known_term_values;
   if (known.size() > 0) known.array() /= si_values.tail(known.size()).array();
@@ -403,15 +387,6 @@ std::string conditions_text(const ConditionsReportData& si_view, const TextOptio
 bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= condition_tolerance; }
 
 namespace {
-
-std::string unit_of(const Parameter& term) {
-  switch (term.kind) {
-    case ParameterKind::force: return "N";
-    case ParameterKind::viscous: return term.length_power == 0 ? "N s/m" : "N m s/rad";
-    case ParameterKind::coulomb: return term.length_power == 1 ? "N" : "N m";
-    default: return "N m";
-  }
-}
 
 /// Known terms of the conditions that also have parameters.
 std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {

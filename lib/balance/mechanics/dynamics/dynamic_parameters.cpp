@@ -142,6 +142,20 @@ void add_spring_values(const Spring& spring, int d, bool loose, std::vector<doub
 
 }  // namespace
 
+std::string unit_of(const Parameter& parameter) {
+  const int power = parameter.length_power;
+  switch (parameter.owner_kind) {
+    case ParameterOwner::load: return parameter.kind == ParameterKind::couple ? "N m" : "N";
+    case ParameterOwner::spring:
+      if (parameter.kind == ParameterKind::stiffness) return power == 0 ? "N/m" : "N m/rad";
+      return power == 1 ? "N" : "N m";
+    case ParameterOwner::friction:
+      if (parameter.kind == ParameterKind::viscous) return power == 0 ? "N s/m" : "N m s/rad";
+      return power == 1 ? "N" : "N m";
+    default: return power == 0 ? "kg" : power == 1 ? "kg m" : "kg m^" + std::to_string(power);
+  }
+}
+
 std::vector<Parameter> list_parameters(const Mechanism& mechanism, const FreeSprings& loose) {
   ParameterList list(mechanism);
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)

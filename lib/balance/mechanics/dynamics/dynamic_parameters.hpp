@@ -39,6 +39,9 @@ struct Parameter {
   int length_power = 0;  ///< of its unit: kg m^p; for springs N/m m^p, loads N m^p, friction kg m^p/s or kg m^p/s^2
 };
 
+/// SI unit of a parameter: "kg m^2", "N/m", "N m/rad".
+std::string unit_of(const Parameter& parameter);
+
 /// Per spring: whether it is loose, that is, described by all products of stiffness and end points, so that conditions
 /// do not depend on the position of its ends. Possible for springs of zero free length. Other springs have one
 /// parameter, the stiffness; joint springs always have two, stiffness and preload. Empty: none.

@@ -233,15 +233,6 @@ std::vector<PeakEffort> find_static_efforts(const Mechanism& mechanism, const Co
       .find_peaks(conditions, remainder, term_values(mechanism, options.loose_springs));
 }
 
-std::string unit_text(const Parameter& term, const Mechanism& mechanism) {
-  if (term.owner_kind == ParameterOwner::spring) return term.length_power == 2 ? "N m/rad" : "N/m";
-  if (term.owner_kind == ParameterOwner::load) return term.kind == ParameterKind::couple ? "N m" : "N";
-  const CoordinateId coordinate = mechanism.friction[static_cast<std::size_t>(term.index)].coordinate;
-  const bool is_angle = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
-  if (term.kind == ParameterKind::viscous) return is_angle ? "N m s/rad" : "N s/m";
-  return is_angle ? "N m" : "N";
-}
-
 }  // namespace
 
 std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& conditions, const VectorX& values,
@@ -273,11 +264,11 @@ std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& 
 }
 
 std::string unbalanceable_element_text(const UnbalanceableElement& remainder, const Conditions& conditions,
-                                       const VectorX& values, const Mechanism& mechanism) {
+                                       const VectorX& values) {
   std::string constant, changing;
   for (const int t : remainder.terms) {
     const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
-    const std::string number = fmt::format("{:.6g} {}", values[t], unit_text(term, mechanism));
+    const std::string number = fmt::format("{:.6g} {}", values[t], unit_of(term));
     if (is_load_change(term)) {
       changing += (changing.empty() ? "" : ", ") +
                   fmt::format("{} by {}", term.symbol.substr(0, term.symbol.find('(')), number);

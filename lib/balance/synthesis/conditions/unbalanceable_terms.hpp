@@ -26,7 +26,7 @@ std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& 
 
 /// "friction in R1 (0.5 N m s viscous, 0.2 N m dry)", "load push (m = 2 N m)", "changes of load push over time (fy)".
 std::string unbalanceable_element_text(const UnbalanceableElement& remainder, const Conditions& conditions,
-                                       const VectorX& values, const Mechanism& mechanism);
+                                       const VectorX& values);
 
 /// The maximum effort required of an actuator.
 struct PeakEffort {

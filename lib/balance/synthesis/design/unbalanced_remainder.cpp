@@ -76,7 +76,7 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
   std::vector<UnbalancedRemainder> all;
   for (const UnbalanceableElement& remainder :
        list_unbalanceable_elements(conditions, values, mechanism, condition_tolerance)) {
-    UnbalancedRemainder entry{remainder, unbalanceable_element_text(remainder, conditions, values, mechanism), {}, {}};
+    UnbalancedRemainder entry{remainder, unbalanceable_element_text(remainder, conditions, values), {}, {}};
     for (const PeakEffort& effort : find_peak_static_efforts(mechanism, conditions, remainder, options)) {
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
       if (!std::isfinite(effort.magnitude)) {

@@ -7,6 +7,7 @@
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/time_optimal/resolve_trajectory.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/verification/natural_momentum.hpp"
 #include "balance/synthesis/verification/simulate_natural.hpp"
@@ -181,7 +182,11 @@ ConditionsVerification verify_conditions(const Study& study) {
   if (!study.temporary_payloads.empty()) return skip("payloads are picked up or set down");
   const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
   NaturalStart start;
-  if (!study.trajectories.empty()) start = find_natural_start(mechanism, study.trajectories.front());
+  if (!study.trajectories.empty()) {
+    const ResolvedTrajectory first = resolve_trajectory(mechanism, study.trajectories.front());
+    start.outcome = first.outcome;
+    if (first.outcome.status == MotionStatus::done) start = find_natural_start(mechanism, first.trajectory);
+  }
   if (start.outcome.status != MotionStatus::done) start = find_natural_start(mechanism);  // conditions need no drive
   if (start.outcome.status != MotionStatus::done) return skip(start.outcome.reason);
   const Conditions sampled = derive_conditions(mechanism, {{GoalKind::force}});
@@ -211,9 +216,16 @@ VerifyReport verify_formulations(const Study& study) {
   if (has_velocity_constraints(study.mechanism))
     throw std::invalid_argument("there is no second formulation for mechanisms with constraints on speeds");
   VerifyReport report;
-  report.conditions = verify_conditions(study);
+  // Laws and paths that depend on the mechanism are found once: both formulations run the same motion.
+  Study resolved_study = study;
+  for (Trajectory& trajectory : resolved_study.trajectories) {
+    check_timing(trajectory);
+    ResolvedTrajectory resolved = resolve_trajectory(study.mechanism, trajectory);
+    if (resolved.outcome.status == MotionStatus::done) trajectory = std::move(resolved.trajectory);
+  }
+  report.conditions = verify_conditions(resolved_study);
   report.is_consistent = report.conditions.is_consistent;
-  for (const Trajectory& trajectory : study.trajectories) {
+  for (const Trajectory& trajectory : resolved_study.trajectories) {
     report.trajectories.push_back(verify_trajectory(study.mechanism, trajectory));
     const TrajectoryVerification& last = report.trajectories.back();
     report.is_consistent = report.is_consistent && last.is_consistent;
