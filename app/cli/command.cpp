@@ -37,8 +37,7 @@ void add_verbose_flag(CLI::App& parser, bool& value) {
 bool has_spec_units(const std::string& value) { return value == "spec"; }
 
 TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
-  TextOptions text;
-  if (has_spec_units(options.units)) text.units = read_display_units(study.spec_text);
+  TextOptions text = has_spec_units(options.units) ? make_text_options(study.spec_text) : TextOptions();
   text.width = text_width();
   text.verbose = options.verbose;
   return text;

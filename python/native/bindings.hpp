@@ -3,6 +3,7 @@
 /// of these (python/balance_mechanisms).
 
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/report_data.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -42,6 +43,7 @@ struct Run {
 /// A design with all report data; immutable.
 struct Design {
   DesignReportData view;
+  TextOptions text_options;
   std::string spec_text;  ///< of the design
   Provenance description;
   std::string source = {};  ///< the spec's file; empty: none

@@ -51,7 +51,7 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
     all.refusal = outcome.refusal;
     if (outcome.refusal) return all;
     all.json = conditions_json(outcome.view, spec->study().warnings);
-    all.text = conditions_text(outcome.view);
+    all.text = conditions_text(outcome.view, make_text_options(spec->study().spec_text));
     all.latex = conditions_latex(outcome.view.conditions, outcome.view.names);
     all.matrix = outcome.view.conditions.matrix;
     const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
@@ -142,6 +142,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
   });
   if (result.refusal) refuse(result.refusal);
   result.design->description = make_provenance(spec->study(), command);
+  result.design->text_options = make_design_text_options(spec->study());
   result.design->source = spec->file;
   return result.design;
 }
@@ -189,6 +190,7 @@ std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   result->spec_text = std::move(spec_of_design.text);
   result->view = make_design_data(front.options, point.space, result->spec_text, std::move(report));
   result->description = make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
+  result->text_options = make_design_text_options(front.spec->study());
   result->source = front.spec->file;
   return result;
 }
@@ -248,7 +250,7 @@ void bind_balancing(py::module_& m) {
         py::arg("algorithm"), py::arg("command"));
   py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
       .def("json", [](const FoundFront& one) { return front_json(one.view, {}); })
-      .def("text", [](const FoundFront& one) { return front_text(one.view); })
+      .def("text", [](const FoundFront& one) { return front_text(one.view, make_design_text_options(one.spec->study())); })
       .def("csv", [](const FoundFront& one) { return front_csv(one.view); })
       .def("design", &front_point, py::arg("k"));
   m.attr("goal_names") = goal_names();
@@ -261,7 +263,7 @@ void bind_balancing(py::module_& m) {
       .def_property_readonly("values", &values_of)
       .def("runs", &runs_of, py::arg("after"))
       .def("json", [](const Design& one) { return design_json(one.view, {}); })
-      .def("text", [](const Design& one) { return design_text(one.view); })
+      .def("text", [](const Design& one) { return design_text(one.view, one.text_options); })
       .def(
           "write",
           [](const Design& one, const std::string& path, bool force) {

@@ -89,8 +89,9 @@ py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py:
         std::optional<VerifyReport> verification;
         if (verified && all.report.outcome.status == MotionStatus::done) verification = verify_formulations(study);
         all.json = check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr);
-        all.text = check_text(all.report, study.mechanism);
-        if (verification) all.text += "\n" + verify_text(*verification);
+        const TextOptions text = make_text_options(study.spec_text);
+        all.text = check_text(all.report, study.mechanism, text);
+        if (verification) all.text += "\n" + verify_text(*verification, text);
         return all;
       },
       progress);

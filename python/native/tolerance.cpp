@@ -22,6 +22,7 @@ struct ToleranceAnswer {
   ToleranceReportData view;
   Provenance description;
   MotionOutcome outcome;
+  TextOptions text_options = {};
   std::string source = {};  ///< file of the spec
 };
 
@@ -73,6 +74,7 @@ std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const 
   if (toleranced.tolerances.empty())
     throw SpecError({.place = location, .message = "missing: expected the numbers that may deviate"});
   auto result = std::make_shared<ToleranceAnswer>();
+  result->text_options = make_design_text_options(spec.study());
   result->source = spec.file;
   result->view.mechanism = spec.study().mechanism.name;
   result->view.numbers = toleranced.tolerances;
@@ -116,7 +118,7 @@ void bind_tolerance(py::module_& m) {
       .def_property_readonly("reason", [](const ToleranceAnswer& one) { return one.outcome.reason; })
       .def_property_readonly("end", [](const ToleranceAnswer& one) { return one.outcome.time; })
       .def("json", [](const ToleranceAnswer& one) { return tolerance_json(one.view); })
-      .def("text", [](const ToleranceAnswer& one) { return tolerance_text(one.view); })
+      .def("text", [](const ToleranceAnswer& one) { return tolerance_text(one.view, one.text_options); })
       .def(
           "write",
           [](const ToleranceAnswer& one, const std::string& path, bool force) {

@@ -7,7 +7,7 @@ import unittest
 
 import h5py
 
-from _program import Case, run
+from _program import Case, run, unwrapped
 from _sampling import WHOLE, draw
 
 G = 9.81
@@ -190,7 +190,7 @@ class Robust(Case):
         done = run("design", self.write("spec.yaml", arm(over_workspace(3, "peak"), "{cw.mass: 5%}")))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("mean plus 3 deviations of the peak of torque along workspace: ", done.stdout)
-        self.assertRegex(done.stdout, r"\n  peak of torque along workspace: mean \S+ \(\S+ without deviations\), deviation 0\.3")
+        self.assertRegex(unwrapped(done.stdout), r" peak of torque along workspace: mean \S+ \(\S+ without deviations\), deviation 0\.3")
 
 
 if __name__ == "__main__":

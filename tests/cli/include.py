@@ -8,7 +8,7 @@ import unittest
 import h5py
 import numpy
 import yaml
-from _program import CONFIGS, Case, run
+from _program import CONFIGS, Case, run, unwrapped
 
 LEG = """space: planar
 parameters: {l: 0.3, c: 0.15, cw1: {free: [0, 60]}, cw2: {free: [0, 60]}}
@@ -96,7 +96,7 @@ class Include(Case):
             if whole.size:
                 self.assertEqual(rank(numpy.vstack([parts, whole])), rank(parts))
         text = run("conditions", self.path("pair.yaml"), "--goal", "static", "--strategy", "modular").stdout
-        self.assertIn("split at joint P into the chains (one.crank, one.coupler), (two.crank, two.coupler", text)
+        self.assertIn("split at joint P into the chains (one.crank, one.coupler), (two.crank, two.coupler", unwrapped(text))
 
     def test_shares_of_a_payload_are_free_where_both_parts_carry_some_of_it(self):
         """Whatever the shares, the parts' conditions imply the whole's; a free share is chosen with the counterweights."""

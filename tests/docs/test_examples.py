@@ -143,7 +143,7 @@ class Mentions(unittest.TestCase):
         for script in (ROOT / "scripts").iterdir():
             if script.is_file():
                 others |= set(re.findall(r"--[a-z][\w-]*", script.read_text(encoding="utf-8")))
-        others |= {"--requeue", "--cluster", "--cluster-cancel", "--cluster-status", "--mem", "--time", "--install", "--system-site-packages"}
+        others |= {"--requeue", "--cluster", "--cluster-cancel", "--cluster-status", "--mem", "--time", "--install", "--prefix", "--system-site-packages"}
         for page in EVERYTHING:
             prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
             for option in re.findall(r"`(--[a-z][\w-]*)", prose):

@@ -10,6 +10,10 @@ using namespace balance;
 using sample::Folder;
 using sample::Reader;
 
+namespace {
+const TextOptions one_line{.width = 1000};  // nothing is wrapped
+}
+
 TEST_CASE("a design says what was reached, the numbers, the conditions, the cost and the gain") {
   CHECK(design_text(sample::design()) ==
         "made up: balanced exactly for static, with the least possible added mass\n"
@@ -50,17 +54,17 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
   outcome.optimality = Optimality::local_optimum;
   outcome.status = DesignStatus::compromise;
   outcome.reason = "1 of 3 conditions stays open";
-  CHECK(design_text(view).find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
+  CHECK(design_text(view, one_line).find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
   outcome.status = DesignStatus::infeasible;
   outcome.certificate = InfeasibilityCertificate{};
   outcome.certificate->statement = "a.m + b.m = 0 cannot hold: both are positive";
   outcome.reason = outcome.certificate->statement;
-  const std::string text = design_text(view);
+  const std::string text = design_text(view, one_line);
   CHECK(text.find("impossible: no choice of the free numbers balances it for static\na.m + b.m") != std::string::npos);
   CHECK(text.find("cannot hold") == text.rfind("cannot hold"));
   CHECK(text.find("impossibility: not proved\n") != std::string::npos);
   outcome.is_proved_infeasible = true;
-  CHECK(design_text(view).find("impossibility: proved\n") != std::string::npos);
+  CHECK(design_text(view, one_line).find("impossibility: proved\n") != std::string::npos);
 }
 
 TEST_CASE("what is not proved the best shows what the least could be") {
@@ -68,7 +72,7 @@ TEST_CASE("what is not proved the best shows what the least could be") {
   view.report.outcome.optimality = Optimality::local_optimum;
   view.report.outcome.search_summary = "6 starts";
   view.report.outcome.lower_bound = 8;
-  CHECK(design_text(view).find(
+  CHECK(design_text(view, one_line).find(
             "made up: balanced exactly for static\n3 conditions are met\n"
             "added mass: 10.0000 kg; at least 8.00000 kg is needed\n"
             "optimality: local-best: the best of what was tried (6 starts), not shown to be the best\n") == 0);
@@ -79,29 +83,29 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
   for (const Optimality optimality :
        {Optimality::not_optimised, Optimality::local_optimum, Optimality::budget_exhausted}) {
     view.report.outcome.optimality = optimality;
-    CHECK(design_text(view).find("there is") == std::string::npos);
+    CHECK(design_text(view, one_line).find("there is") == std::string::npos);
     CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
   }
-  CHECK(design_text(view).find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
+  CHECK(design_text(view, one_line).find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
                                "search: {seconds: 240} allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
   DesignReportData view = sample::design();
   view.report.outcome.solution_set = {2, 1, {0, 1}};
-  CHECK(design_text(view).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
+  CHECK(design_text(view, one_line).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
                                "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
   view.report.outcome.solution_set = {2, -1, {0, 1}};
-  CHECK(design_text(view).find("freedom: the conditions leave 2, used for a small added mass: bodies.a.com[0], "
+  CHECK(design_text(view, one_line).find("freedom: the conditions leave 2, used for a small added mass: bodies.a.com[0], "
                                "counterweights.b.mass\n") != std::string::npos);
 }
 
 TEST_CASE("without a goal nothing is called balanced (B12)") {
   DesignReportData view = sample::design();
   view.report.outcome.status = DesignStatus::no_goal;
-  CHECK(design_text(view).find("made up: the least possible added mass; no goal was set\n") == 0);
+  CHECK(design_text(view, one_line).find("made up: the least possible added mass; no goal was set\n") == 0);
   view.report.outcome.optimality = Optimality::local_optimum;
-  CHECK(design_text(view).find("made up: a small added mass; no goal was set\n") == 0);
+  CHECK(design_text(view, one_line).find("made up: a small added mass; no goal was set\n") == 0);
   view.report.outcome.status = DesignStatus::no_feasible_start;
   CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
 }
@@ -125,7 +129,7 @@ TEST_CASE("a design tells what a user should know of the motions before and afte
   DesignReportData view = sample::design();
   view.report.comparisons[0].before.outcome.notes = {"both", "first"};
   view.report.comparisons[0].after.outcome.notes = {"both", "then"};
-  CHECK(design_text(view).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
+  CHECK(design_text(view, one_line).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
   const auto json = nlohmann::json::parse(design_json(view, {}))["trajectories"][0];
   CHECK(json["before"]["notes"] == nlohmann::json({"both", "first"}));
   CHECK(json["after"]["notes"] == nlohmann::json({"both", "then"}));

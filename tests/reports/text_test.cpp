@@ -108,7 +108,7 @@ TEST_CASE("numbers for people have six significant digits") {
 }
 
 TEST_CASE("the summary shows every metric with its unit in aligned columns") {
-  const std::string text = format_result_summary(sample::result(SpaceKind::planar), sample::description());
+  const std::string text = format_result_summary(sample::result(SpaceKind::planar), sample::description(), {.width = 100});
   CHECK(text ==
         "Kurbel-Schwinge für Tests: trajectory cycloid (cycloidal, drive tool), 0.1 s, 5 samples\n"
         "\n"
@@ -120,7 +120,7 @@ TEST_CASE("the summary shows every metric with its unit in aligned columns") {
 }
 
 TEST_CASE("the check names degrees of freedom, redundant constraints and the line that picks each assembly mode") {
-  const std::string text = check_text(report(), mechanism());
+  const std::string text = check_text(report(), mechanism(), {.width = 100});
   for (const std::string part :
        {"degrees of freedom  2 (4 coordinates - 2 independent of 3 closure equations); by counting 1",
         "redundant           weld: moment about x", "total mass          2.5 kg", "(0.25, -0.5) m",

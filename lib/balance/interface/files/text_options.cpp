@@ -1,6 +1,7 @@
 #include "balance/interface/files/text_options.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/motion/study/study.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -25,6 +26,18 @@ DisplayUnit replace_word(const std::string& word, const SpecUnits& units) {
 }
 
 }  // namespace
+
+TextOptions make_text_options(const std::string& spec_text) {
+  TextOptions text;
+  text.units = read_display_units(spec_text);
+  return text;
+}
+
+TextOptions make_design_text_options(const Study& study) {
+  TextOptions text = make_text_options(study.spec_text);
+  text.number_units = list_number_units(study);
+  return text;
+}
 
 DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units) {
   DisplayUnit unit{"", 1};

@@ -18,6 +18,12 @@ struct TextOptions {
   bool verbose = false;                          ///< also lines that say that there is nothing
 };
 
+/// In the units of the spec.
+TextOptions make_text_options(const std::string& spec_text);
+
+/// In the units of the spec, numbers in tables, too. Reads the study's text again.
+TextOptions make_design_text_options(const Study& study);
+
 /// The unit in which a quantity is displayed.
 struct DisplayUnit {
   std::string name;     ///< "N mm"; "" without a unit

@@ -150,7 +150,10 @@ bool NaturalMotionSource::update_payloads() {
 }
 
 bool NaturalMotionSource::evaluate() {
-  if (evaluator_->observe(*stepper_)) return true;
+  if (evaluator_->observe(*stepper_)) {
+    sample_ = evaluator_->last();
+    return true;
+  }
   outcome_ = make_actuation_singularity_outcome(time(), "");
   return false;
 }

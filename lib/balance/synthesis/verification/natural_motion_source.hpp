@@ -41,7 +41,7 @@ class NaturalMotionSource final : public MotionSource {
   bool update_payloads() override;
   double time() const override { return stepper_->time(); }
   bool evaluate() override;
-  const Sample& sample() const override { return evaluator_->last(); }
+  const Sample& sample() const override { return sample_; }
   double point_speed(BodyId body, const Vector3& point) const override;
   double angular_speed(BodyId body) const override { return std::abs(stepper_->angular_velocity(body)); }
 
@@ -63,6 +63,7 @@ class NaturalMotionSource final : public MotionSource {
   int interval_ = -1;  ///< whose payloads were applied last; −1: none yet
   std::optional<NaturalStepper> stepper_;
   std::optional<NaturalSampleEvaluator> evaluator_;
+  Sample sample_;  ///< the last one; an evaluator ends with its interval
   MotionOutcome outcome_;
 };
 
