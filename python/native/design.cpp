@@ -250,7 +250,8 @@ void bind_balancing(py::module_& m) {
         py::arg("algorithm"), py::arg("command"));
   py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
       .def("json", [](const FoundFront& one) { return front_json(one.view, {}); })
-      .def("text", [](const FoundFront& one) { return front_text(one.view, make_design_text_options(one.spec->study())); })
+      .def("text",
+           [](const FoundFront& one) { return front_text(one.view, make_design_text_options(one.spec->study())); })
       .def("csv", [](const FoundFront& one) { return front_csv(one.view); })
       .def("design", &front_point, py::arg("k"));
   m.attr("goal_names") = goal_names();

@@ -187,7 +187,10 @@ void bind_run(py::module_& m) {
             write_result_csv(path, run.result, write_options(force, false));
           },
           py::arg("path"), py::arg("force"))
-      .def("text", [](const Run& run) { return format_result_summary(run.result, run.description, make_text_options(run.description.spec_text)); })
+      .def("text",
+           [](const Run& run) {
+             return format_result_summary(run.result, run.description, make_text_options(run.description.spec_text));
+           })
       .def("json", [](const Run& run) { return format_result_json(run.result, run.description, {}); });
 }
 

@@ -54,7 +54,8 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
   outcome.optimality = Optimality::local_optimum;
   outcome.status = DesignStatus::compromise;
   outcome.reason = "1 of 3 conditions stays open";
-  CHECK(design_text(view, one_line).find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
+  CHECK(design_text(view, one_line)
+            .find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
   outcome.status = DesignStatus::infeasible;
   outcome.certificate = InfeasibilityCertificate{};
   outcome.certificate->statement = "a.m + b.m = 0 cannot hold: both are positive";
@@ -72,10 +73,10 @@ TEST_CASE("what is not proved the best shows what the least could be") {
   view.report.outcome.optimality = Optimality::local_optimum;
   view.report.outcome.search_summary = "6 starts";
   view.report.outcome.lower_bound = 8;
-  CHECK(design_text(view, one_line).find(
-            "made up: balanced exactly for static\n3 conditions are met\n"
-            "added mass: 10.0000 kg; at least 8.00000 kg is needed\n"
-            "optimality: local-best: the best of what was tried (6 starts), not shown to be the best\n") == 0);
+  CHECK(design_text(view, one_line)
+            .find("made up: balanced exactly for static\n3 conditions are met\n"
+                  "added mass: 10.0000 kg; at least 8.00000 kg is needed\n"
+                  "optimality: local-best: the best of what was tried (6 starts), not shown to be the best\n") == 0);
 }
 
 TEST_CASE("the least there is stands only where it is proved (B6)") {
@@ -86,18 +87,21 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
     CHECK(design_text(view, one_line).find("there is") == std::string::npos);
     CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
   }
-  CHECK(design_text(view, one_line).find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
-                               "search: {seconds: 240} allows more\n") != std::string::npos);
+  CHECK(design_text(view, one_line)
+            .find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
+                  "search: {seconds: 240} allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
   DesignReportData view = sample::design();
   view.report.outcome.solution_set = {2, 1, {0, 1}};
-  CHECK(design_text(view, one_line).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
-                               "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
+  CHECK(design_text(view, one_line)
+            .find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
+                  "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
   view.report.outcome.solution_set = {2, -1, {0, 1}};
-  CHECK(design_text(view, one_line).find("freedom: the conditions leave 2, used for a small added mass: bodies.a.com[0], "
-                               "counterweights.b.mass\n") != std::string::npos);
+  CHECK(design_text(view, one_line)
+            .find("freedom: the conditions leave 2, used for a small added mass: bodies.a.com[0], "
+                  "counterweights.b.mass\n") != std::string::npos);
 }
 
 TEST_CASE("without a goal nothing is called balanced (B12)") {

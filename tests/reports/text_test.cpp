@@ -108,7 +108,8 @@ TEST_CASE("numbers for people have six significant digits") {
 }
 
 TEST_CASE("the summary shows every metric with its unit in aligned columns") {
-  const std::string text = format_result_summary(sample::result(SpaceKind::planar), sample::description(), {.width = 100});
+  const std::string text =
+      format_result_summary(sample::result(SpaceKind::planar), sample::description(), {.width = 100});
   CHECK(text ==
         "Kurbel-Schwinge für Tests: trajectory cycloid (cycloidal, drive tool), 0.1 s, 5 samples\n"
         "\n"

@@ -26,7 +26,7 @@ TextOptions make_design_text_options(const Study& study);
 
 /// The unit in which a quantity is displayed.
 struct DisplayUnit {
-  std::string name;     ///< "N mm"; "" without a unit
+  std::string name;   ///< "N mm"; "" without a unit
   double factor = 1;  ///< SI value of the number one in this unit
 
   /// @param value [SI]

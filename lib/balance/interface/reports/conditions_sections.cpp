@@ -256,8 +256,7 @@ ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecU
   MatrixX& matrix = view.conditions.matrix;
   VectorX si_values(matrix.cols());
   for (Eigen::Index p = 0; p < matrix.cols(); ++p)
-    si_values[p] =
-        find_display_unit(unit_of(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
+    si_values[p] = find_display_unit(unit_of(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
   if ((si_values.array() == 1).all()) return view;
   VectorX& known = view.conditions.known_term_values;
   if (known.size() > 0) known.array() /= si_values.tail(known.size()).array();

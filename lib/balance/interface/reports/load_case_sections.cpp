@@ -253,10 +253,10 @@ std::string law_lines(const DesignReport& report, const TextOptions& options) {
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const DisplayUnit unit = adapted_unit(report, i, options);
-    text += fmt::format(
-        "  {} = {}", path_of(report, i),
-        adaptive.law ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.factor)
-                     : "by the table below");
+    text += fmt::format("  {} = {}", path_of(report, i),
+                        adaptive.law
+                            ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.factor)
+                            : "by the table below");
     text += fmt::format("; from {:.6g} to {:.6g}{}", unit.convert(adaptive.min_values[k]),
                         unit.convert(adaptive.max_values[k]), append_unit(unit));
     if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads, unit, options);
