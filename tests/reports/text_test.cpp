@@ -54,8 +54,7 @@ TEST_CASE("columns are as wide as their widest cell, counted in characters") {
 
 TEST_CASE("a table that is too wide keeps numbers, names and the words of its headings whole") {
   TextTable table{{"quantity", "unit", "peak", "rms"}, {Align::left, Align::left, Align::right, Align::right}, {}, 2};
-  table.rows = {{"joint_force[the_long_name_of_a_joint]", "N", "1.23456e-10", "123456"},
-                {"torque", "N m", "1", "2"}};
+  table.rows = {{"joint_force[the_long_name_of_a_joint]", "N", "1.23456e-10", "123456"}, {"torque", "N m", "1", "2"}};
   CHECK(format_table(table, 50) ==
         "quantity                 unit         peak     rms\n"
         "joint_force[the_long_name_of_a_joint]\n"
@@ -115,7 +114,8 @@ TEST_CASE("numbers for people have six significant digits") {
 }
 
 TEST_CASE("the summary shows every metric with its unit in aligned columns") {
-  const std::string text = format_result_summary(sample::result(SpaceKind::planar), sample::description(), {.width = 100});
+  const std::string text =
+      format_result_summary(sample::result(SpaceKind::planar), sample::description(), {.width = 100});
   CHECK(text ==
         "Kurbel-Schwinge für Tests: trajectory cycloid (cycloidal, drive tool), 0.1 s, 5 samples\n"
         "\n"
