@@ -156,6 +156,15 @@ trajectories:
         for k in range(2):
             self.assertLess(abs(torque[:, k] - alone[:, 0]).max(), 1e-12 * abs(alone).max())
 
+    def test_conditions_give_stiffness_and_preload_in_their_units(self):
+        """What a torsion spring leaves: k in N m/rad, but its preload k rest is a moment."""
+        spec = self.write("spring.yaml", PENDULUM.format(spring="{joint: J, stiffness: 3, rest: 0.2}", tail=""))
+        text = " ".join(run("conditions", spec, "--goal", "static").stdout.split())
+        self.assertIn("spring t (k = 3 N m/rad, preload = 0.6 N m)", text)
+        spec = self.write("slide.yaml", SLIDE.format(spring="{joint: S, stiffness: 2, preload: 40}"))
+        text = " ".join(run("conditions", spec, "--goal", "static", "--units", "si").stdout.split())
+        self.assertRegex(text, r"spring t \(k = [^ ]+ N/m, preload = [^ ]+ N\)")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -151,6 +151,23 @@ class Units(Case):
         self.assertIn("load cut (fx = 5 N)", text)
         self.assertIn("load cut (fx = 1.12404 lbf)", self.answer("conditions", "in"))
 
+    def test_a_proof_of_impossibility_is_in_the_units_of_the_spec(self):
+        """4 lb at 6 in against at most 1 lb at 4 in: at least 20 lb in remain."""
+        path = self.write("short.yaml", """
+space: planar
+units: {length: in, mass: lb, force: lbf, angle: deg}
+ground: {points: {O: [0, 0]}}
+bodies: {link: {mass: 4, com: [6, 0], inertia: 60, points: {A: [0, 0]}}}
+joints: {J: {type: revolute, connects: [ground.O, link.A]}}
+counterweights: {cw: {body: link, at: [-4, 0], mass: {free: [0, 1]}}}
+actuators: [J]
+design: {goal: force}
+""")
+        for options, bound in ((), "20 lb in"), (("--units", "si"), "0.23 kg m"):
+            text = " ".join(run("design", path, *options).stdout.split())
+            self.assertIn(f"link.mx + cw.mx = 0 cannot hold within the bounds: the left-hand side is at least {bound} ", text)
+            self.assertEqual(text.count("cannot hold"), 1)
+
     def test_check_speaks_the_language_of_the_spec(self):
         text = self.answer("check", "mm")
         self.assertRegex(text, r"size +500 mm")

@@ -52,20 +52,26 @@ TEST_CASE("columns are as wide as their widest cell, counted in characters") {
   CHECK_THROWS_AS(format_table({{"a"}, {Align::left}, {{"1", "2"}}}), std::invalid_argument);
 }
 
-TEST_CASE("a table that is too wide has its texts wrapped and then its columns in blocks; numbers are whole") {
+TEST_CASE("a table that is too wide keeps numbers, names and the words of its headings whole") {
   TextTable table{{"quantity", "unit", "peak", "rms"}, {Align::left, Align::left, Align::right, Align::right}, {}, 2};
-  table.rows = {{"joint_force[the_long_name_of_a_joint]", "N", "1.23456e-10", "123456"}};
+  table.rows = {{"joint_force[the_long_name_of_a_joint]", "N", "1.23456e-10", "123456"}, {"torque", "N m", "1", "2"}};
   CHECK(format_table(table, 50) ==
         "quantity                 unit         peak     rms\n"
-        "joint_force[the_long_    N     1.23456e-10  123456\n"
-        "name_of_a_joint]\n");
-  table.rows[0][0] = "torque";
+        "joint_force[the_long_name_of_a_joint]\n"
+        "                         N     1.23456e-10  123456\n"
+        "torque                   N m             1       2\n");
+  table.rows = {{"torque", "N", "1.23456e-10", "123456"}};
   CHECK(format_table(table, 30) ==
         "quantity  unit         peak\n"
         "torque    N     1.23456e-10\n"
         "\n"
         "quantity  unit     rms\n"
         "torque    N     123456\n");
+  const TextTable narrow{{"number", "conditions met"}, {Align::left, Align::right}, {{"counterweights.w11.mass", "4"}}};
+  CHECK(format_table(narrow, 35) ==
+        "number                   conditions\n"
+        "                                met\n"
+        "counterweights.w11.mass           4\n");
 }
 
 TEST_CASE("long lines are broken at blanks, rather after a comma, and words are whole") {
@@ -128,6 +134,19 @@ TEST_CASE("the check names degrees of freedom, redundant constraints and the lin
         "A = 0.5 rad, S = 0.125 m", "  * assembly: {A: 0.5}", "    assembly: {A: -0.5}"}) {
     CHECK_MESSAGE(text.find(part) != std::string::npos, part, "\n", text);
   }
+}
+
+TEST_CASE("the line of an assembly mode is continued after a comma") {
+  CheckReport r = report();
+  r.modes.resize(1);
+  r.modes[0].assembly_line = "assembly: {first_joint: 0.123456, second_joint: -1.23456, third_joint: 2.5}";
+  TextOptions options;
+  options.width = 48;
+  const std::string text = check_text(r, mechanism(), options);
+  CHECK_MESSAGE(text.find("  * assembly: {first_joint: 0.123456,\n"
+                          "      second_joint: -1.23456, third_joint: 2.5}\n"
+                          "      # selected by the spec\n") != std::string::npos,
+                text);
 }
 
 TEST_CASE("a mechanism that cannot be assembled has no degrees of freedom to show") {

@@ -202,9 +202,10 @@ constexpr std::size_t min_text_columns = 20;  ///< to which a column of texts sh
 
 /// What a table gives up to become narrower, one after the other.
 enum class Shrinking {
-  blanks,  ///< texts and headings are broken at blanks
-  names,   ///< and names too long for the first column have lines of their own
-  words,   ///< and words of texts are broken
+  blanks,   ///< long texts and headings are broken at blanks
+  remarks,  ///< and short texts
+  names,    ///< and names too long for the first column have lines of their own
+  words,    ///< and words of texts are broken
 };
 
 struct TableWidths {
@@ -225,8 +226,11 @@ TableWidths measure(const TextTable& table, Shrinking shrinking) {
   for (std::size_t i = 0; i < table.heading.size(); ++i) {
     const bool is_broken =
         table.align[i] == Align::left && (shrinking == Shrinking::words || (shrinking == Shrinking::names && i == 0));
+    const bool is_remark =
+        shrinking != Shrinking::blanks && widths.natural[i] <= min_text_columns && table.heading[i] != "unit";
     const std::size_t cells = table.align[i] == Align::right ? widths.natural[i]
                               : is_broken                    ? std::min(word[i], min_text_columns)
+                              : is_remark                    ? word[i]
                                                              : std::max(word[i], min_text_columns);
     widths.least[i] = std::max(cells, longest_word(table.heading[i]));
     widths.natural[i] = std::max(widths.natural[i], width_of(table.heading[i]));
@@ -356,7 +360,7 @@ TableLayout lay_out(const TextTable& table, std::size_t width) {
            });
   };
   for (const bool allows_blocks : {false, true})
-    for (const Shrinking shrinking : {Shrinking::blanks, Shrinking::names})
+    for (const Shrinking shrinking : {Shrinking::blanks, Shrinking::remarks, Shrinking::names})
       if (try_layout(shrinking, allows_blocks)) return layout;
   try_layout(Shrinking::words, true);
   return layout;

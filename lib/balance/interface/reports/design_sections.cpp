@@ -9,6 +9,7 @@
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
@@ -567,10 +568,33 @@ class UniqueSentences {
   std::string text_;
 };
 
+/// The statement of a proof with its coefficients and its bound in other units.
+std::string statement_text(const InfeasibilityCertificate& proof, const std::vector<Parameter>& parameters,
+                           const SpecUnits& units) {
+  const bool is_of_conditions =
+      proof.coefficients.size() > 0 && proof.coefficients.size() == static_cast<Eigen::Index>(parameters.size());
+  if (!is_of_conditions) return proof.statement;
+  const std::string combination = linear_combination_text(parameters, proof.coefficients);
+  if (!proof.statement.starts_with(combination)) return proof.statement;
+  Eigen::Index reference = 0;  // the sum has the unit of the parameter whose coefficient is 1
+  (proof.coefficients.cwiseAbs().array() - 1).abs().minCoeff(&reference);
+  const DisplayUnit unit = find_display_unit(unit_of(parameters[static_cast<std::size_t>(reference)]), units);
+  VectorX coefficients = proof.coefficients;
+  for (Eigen::Index p = 0; p < coefficients.size(); ++p)
+    coefficients[p] *= find_display_unit(unit_of(parameters[static_cast<std::size_t>(p)]), units).factor / unit.factor;
+  std::string text = linear_combination_text(parameters, coefficients);
+  if (proof.minimum == 0) return text + proof.statement.substr(combination.size());
+  return text + fmt::format(" = 0 cannot hold within the bounds: the left-hand side is at least {:.3g} {}",
+                            unit.convert(proof.minimum), unit.name);
+}
+
 std::string reasons(const DesignReportData& view, const SpecUnits& units) {
   UniqueSentences sentences;
-  sentences.add(view.report.outcome.reason);
-  if (view.report.outcome.certificate) sentences.add(view.report.outcome.certificate->statement);
+  const DesignOutcome& outcome = view.report.outcome;
+  const auto& proof = outcome.certificate;
+  const std::string proved = proof ? statement_text(*proof, outcome.conditions.parameters, units) : "";
+  sentences.add(proof && outcome.reason == proof->statement ? proved : outcome.reason);
+  sentences.add(proved);
   if (view.report.outcome.status == DesignStatus::infeasible)
     sentences.add(view.report.outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
   return sentences.text() + objective_line(view, units) + limits_text(view, units) +

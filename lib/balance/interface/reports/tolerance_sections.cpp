@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -402,19 +403,30 @@ std::string figures_table(const ToleranceReport& report, const TextOptions& opti
   return format_table(table, options.width);
 }
 
+/// Unit of the heading of a column of poses; none if angles and slides are mixed: then each number has its own.
+DisplayUnit pose_unit(const ToleranceReport& report, const SpecUnits& units) {
+  const std::vector<std::string>& si_units = report.run.coordinate_units;
+  const bool is_mixed = std::adjacent_find(si_units.begin(), si_units.end(), std::not_equal_to<>()) != si_units.end();
+  return si_units.empty() || is_mixed ? DisplayUnit{} : find_display_unit(si_units.front(), units);
+}
+
 std::string pose_text(const ToleranceReport& report, long row, const SpecUnits& units) {
   constexpr std::size_t max_listed_pose_coordinates = 4;
+  const bool has_heading_unit = !pose_unit(report, units).name.empty();
   std::string text;
-  for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c)
-    text += fmt::format("{}{} {:.4g}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
-                        find_display_unit(report.run.coordinate_units[c], units)
-                            .convert(report.run.joint_position(row, static_cast<Eigen::Index>(c))));
+  for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c) {
+    const DisplayUnit unit = find_display_unit(report.run.coordinate_units[c], units);
+    text += fmt::format("{}{} {:.4g}{}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
+                        unit.convert(report.run.joint_position(row, static_cast<Eigen::Index>(c))),
+                        has_heading_unit ? "" : append_unit(unit));
+  }
   return report.run.coordinate_names.size() > max_listed_pose_coordinates ? text + ", …" : text;
 }
 
 std::string worst_table(const ToleranceReport& report, const TextOptions& options) {
   const DisplayUnit time = find_display_unit("s", options.units);
-  TextTable table{{"worst sample of", "unit", "time" + bracket_unit(time), "value", "±", "pose", "main causes"},
+  TextTable table{{"worst sample of", "unit", "time" + bracket_unit(time), "value", "±",
+                   "pose" + bracket_unit(pose_unit(report, options.units)), "main causes"},
                   {Align::left, Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
                   {}};
   for (const QuantityTolerance& one : report.quantities) {
@@ -435,9 +447,14 @@ std::string report_text(const ToleranceReportData& view, const TextOptions& opti
                                  figures_table(report, options));
   text += fmt::format("energy {} {} ± {}\n", tolerance_number(energy.convert(report.energy.value)), energy.name,
                       deviation_text(report.energy, energy));
-  text +=
-      "kink: the figure is less than three times its deviation, so it has no slope there; the expected rms "
-      "includes its square, and --monte-carlo gives its distribution\n";
+  const bool has_kink = std::any_of(report.quantities.begin(), report.quantities.end(), [](const auto& one) {
+    return std::isnan(one.peak.deviation) || std::isnan(one.rms.deviation) || std::isnan(one.mean.deviation) ||
+           std::isnan(one.range.deviation);
+  });
+  if (has_kink || std::isnan(report.energy.deviation))
+    text +=
+        "kink: the figure is less than three times its deviation, so it has no slope there; the expected rms "
+        "includes its square, and --monte-carlo gives its distribution\n";
   text += format_extremum_times(report, options.units);
   for (const std::string& note : report.run.outcome.notes) text += "note: " + note + "\n";
   return text + "\n" + worst_table(report, options);
@@ -477,10 +494,10 @@ std::string poses_at_rest_text(const ToleranceReportData& view, const TextOption
   text += static_tolerance.unreachable_count > 0
               ? fmt::format(", {} cannot be reached)\n", static_tolerance.unreachable_count)
               : ")\n";
-  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "main causes"},
+  const DisplayUnit angle = find_display_unit("rad", options.units);  // the only kind of independent coordinate here
+  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose" + bracket_unit(angle), "main causes"},
                   {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
                   {}};
-  const DisplayUnit angle = find_display_unit("rad", options.units);  // the only kind of independent coordinate here
   for (const StaticDeviation& one : static_tolerance.actuators) {
     std::string pose;
     for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)

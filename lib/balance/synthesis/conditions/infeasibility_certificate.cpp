@@ -231,6 +231,7 @@ std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& con
     return std::nullopt;
   proof.statement = fmt::format("{} within the bounds: the left-hand side is at least {:.3g}",
                                 combination_text(conditions, proof), lower_bound);
+  proof.minimum = lower_bound;
   return proof;
 }
 

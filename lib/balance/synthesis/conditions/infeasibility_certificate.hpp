@@ -20,6 +20,8 @@ struct InfeasibilityCertificate {
   VectorX combination;    ///< per condition: its factor
   VectorX coefficients;   ///< per parameter: the combined condition; its first or largest coefficient is ±1
   std::string statement;  ///< "coupler1.J + 0.852 coupler2.J = 0 cannot hold: both are positive"
+  /// Of the left-hand side, for `bounds` [unit of the parameter with coefficient ±1]; 0: only its sign is known.
+  double minimum = 0;
 };
 
 /// For arbitrary masses: the bodies are physical (positive masses and moments of inertia, positive definite
