@@ -167,6 +167,14 @@ cases:
         done = self.batch(row % ("m/s", "value(joint_velocty[X], 0.01)"), "-q")
         self.assert_failure(done, 3, "suite.yaml:6:18: cases.a.published[0].figure: column 7: no run has a quantity")
 
+    def test_a_verdict_that_contradicts_the_numbers_is_a_mistake(self):
+        row = "cases: {a: {spec: crank.yaml, published: [{what: x, printed: 0.12, exact: %s, verdict: %s, figure: duration()%s}]}}"
+        for exact, verdict, proof, part in (("0.1207", "misprint", "", "agrees with the exact one"), ("0.1153", "source-wrong", "", "agrees with"),
+                                            ("0.13", "drawn", ", proof: duration() > 0", "'proof' is for improved")):
+            with self.subTest(verdict):
+                done = self.batch(row % (exact, verdict, proof), "-q")
+                self.assert_failure(done, 3, "cases.a.published[0].verdict: the verdict is " + verdict, part)
+
     def test_a_point_has_the_coordinates_of_the_space(self):
         done = self.batch("cases: {a: {spec: crank.yaml, points: {D: {rod: [1, 2, 3]}}}}", "-q")
         self.assert_failure(done, 3, "suite.yaml:1:43: cases.a.points.D: expected 2 coordinates of a point of ", "found a list of 3")

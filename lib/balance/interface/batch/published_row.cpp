@@ -80,6 +80,17 @@ void check_verdict(const SpecCursor& at, const PublishedRow& row, bool has_exact
                                     name_of(row.verdict)),
              .expected = "reproduced, or another 'exact'",
              .found = name_of(row.verdict)});
+  if ((row.verdict == misprint || row.verdict == source_wrong) && has_exact && agrees && difference > 0)
+    at.fail(
+        {.message = fmt::format("the verdict is {}, but the printed number {} agrees with the exact one, {}, within "
+                                "half of its last digit: say reproduced",
+                                name_of(row.verdict), row.printed, row.exact),
+         .expected = "reproduced, or numbers that differ",
+         .found = name_of(row.verdict)});
+  if (row.verdict != improved && row.proof)
+    at.fail({.message = fmt::format("the verdict is {}, and 'proof' is for improved", name_of(row.verdict)),
+             .expected = "improved, or no proof",
+             .found = name_of(row.verdict)});
   if (row.verdict == improved && !row.proof && !has_proof)
     at.fail({.message = "the verdict is improved, which needs a proof: a requirement of the case on verdict(), or "
                         "'proof: verdict() == proved-best' here; without proof it is best-known",
