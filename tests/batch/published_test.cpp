@@ -127,6 +127,7 @@ TEST_CASE("an improvement without its proof does not hold") {
       "printed: 0.443, exact: 0.355, verdict: improved, figure: added_mass()}]}}");
   const auto outcome = [&](const std::string& word) {
     CaseRecord record = record_with("a", "added_mass()", 0.3551);
+    record.figures.front().unit = "kg";
     EvaluatedFigure verdict;
     verdict.text = "verdict()";
     verdict.word = word;
