@@ -93,7 +93,7 @@ TEST_CASE("units of rows convert to SI") {
   for (const auto& [unit, value] : units) {
     const Suite suite = suite_of("cases: {a: {spec: s, published: [{what: w, unit: '" + std::string(unit) +
                                  "', printed: 2, verdict: reproduced, figure: 'peak(torque[A])'}]}}");
-    CHECK_MESSAGE(suite.cases.at(0).published.at(0).unit_value == doctest::Approx(value).epsilon(1e-14), unit);
+    CHECK_MESSAGE(suite.cases.at(0).published.at(0).unit_value.value == doctest::Approx(value).epsilon(1e-14), unit);
   }
   CHECK(
       says("cases: {a: {spec: s, published: [{what: w, unit: m/sec, printed: 2, verdict: reproduced, figure: "
@@ -127,6 +127,7 @@ TEST_CASE("an improvement without its proof does not hold") {
       "printed: 0.443, exact: 0.355, verdict: improved, figure: added_mass()}]}}");
   const auto outcome = [&](const std::string& word) {
     CaseRecord record = record_with("a", "added_mass()", 0.3551);
+    record.figures.front().unit = "kg";
     EvaluatedFigure verdict;
     verdict.text = "verdict()";
     verdict.word = word;

@@ -141,6 +141,67 @@ cases:
         done = self.batch("cases: {a: {spec: crank.yaml, points: {D: rood.G}}}", "-q")
         self.assert_failure(done, 3, "nearest is 'rod'")
 
+    def test_neither_a_pole_nor_a_jump_nor_a_constant_is_a_root(self):
+        self.write("arm.yaml", ARM)
+        for figure, part in (("1 / (number(m) - 3.1234567)", "jumps past 0 at m = 3.12346"),
+                             ("abs(number(m) - 3.1234567) / (number(m) - 3.1234567)", "jumps past 0 at m = 3.12346"),
+                             ("0 * duration()", "does not determine m")):
+            with self.subTest(figure):
+                done = self.batch(f"cases: {{a: {{spec: arm.yaml, solve: {{m: {{figure: '{figure}', equals: 0, within: [1, 20]}}}}}}}}", "-q")
+                self.assert_failure(done, 4, part)
+
+    def test_a_row_has_a_unit_of_its_figure(self):
+        row = "cases:\n  a:\n    spec: crank.yaml\n    published:\n      - {what: x, unit: %s, printed: 1, tolerance: 1e9, verdict: reproduced,\n" \
+              "         figure: \"%s\"}\n"
+        for unit, figure in (("m/s", "-value(joint_velocity[X], 0.01)"), ("deg", "value(joint_position[A], 0.01)"),
+                             ("ft lbf", "peak(torque[A]) + 0.1"), ("rpm", "value(joint_velocity[A], 0.01)"),
+                             ("kg m^2/s^2", "maximum(kinetic_energy) - minimum(kinetic_energy)"), ("W", "peak(power[A])"),
+                             ("kg", "peak(shaking_force) / 9.81")):
+            with self.subTest(unit):
+                self.assert_holds(row % (unit, figure))
+        for unit, figure, place in (("kg", "value(joint_velocity[X], 0.01)", "in m/s"), ("Hz", "value(joint_velocity[A], 0.01)", "in rad/s"),
+                                    ("N", "abs(peak(torque[A]) - rms(torque[A]))", "in N m"), ("m", "value(joint_position[A], 0.01)", "in rad")):
+            with self.subTest(unit):
+                done = self.batch(row % (unit, figure), "-q")
+                self.assert_failure(done, 3, "suite.yaml:5:25: cases.a.published[0].unit: expected a unit of the figure, which is " + place)
+        done = self.batch(row % ("m/s", "value(joint_velocty[X], 0.01)"), "-q")
+        self.assert_failure(done, 3, "suite.yaml:6:18: cases.a.published[0].figure: column 7: no run has a quantity")
+
+    def test_a_verdict_that_contradicts_the_numbers_is_a_mistake(self):
+        row = "cases: {a: {spec: crank.yaml, published: [{what: x, printed: 0.12, exact: %s, verdict: %s, figure: duration()%s}]}}"
+        for exact, verdict, proof, part in (("0.1207", "misprint", "", "agrees with the exact one"), ("0.1153", "source-wrong", "", "agrees with"),
+                                            ("0.13", "drawn", ", proof: duration() > 0", "'proof' is for improved")):
+            with self.subTest(verdict):
+                done = self.batch(row % (exact, verdict, proof), "-q")
+                self.assert_failure(done, 3, "cases.a.published[0].verdict: the verdict is " + verdict, part)
+
+    def test_a_point_has_the_coordinates_of_the_space(self):
+        done = self.batch("cases: {a: {spec: crank.yaml, points: {D: {rod: [1, 2, 3]}}}}", "-q")
+        self.assert_failure(done, 3, "suite.yaml:1:43: cases.a.points.D: expected 2 coordinates of a point of ", "found a list of 3")
+        done = self.batch("cases: {a: {spec: crank.yaml, require: 'value(point_position[D], 0) > 0'}}", "-q")
+        self.assert_failure(done, 3, "'point_position[D]' needs a case with 'points'")
+
+    def test_keys_of_another_kind_of_case_are_refused(self):
+        for keys, part in (("rates: {A: 1}", "'rates' is for run: equations, not for 'run: motion'"),
+                           ("run: design, at: {A: 1}", "'at' is for run: equations"),
+                           ("run: conditions, goal: force, trajectory: no", "'trajectory' is for run: motion or run: equations")):
+            done = self.batch(f"cases: {{a: {{spec: crank.yaml, {keys}}}}}", "-q")
+            self.assert_failure(done, 3, "cases.a: " + part)
+        self.assert_holds("defaults: {spec: crank.yaml, at: {A: 1}, trajectory: turn}\n"
+                          "cases: {a: {require: duration() > 0}, b: {run: equations, require: 'abs(torque[A]) >= 0'}}\n")
+
+    def test_an_improvement_whose_proof_is_not_judged_does_not_hold(self):
+        done = self.batch("""
+cases:
+  broken: {spec: missing.yaml}
+  a:
+    spec: crank.yaml
+    published:
+      - {what: time, unit: s, printed: 1, exact: 1.5, tolerance: 9, verdict: improved, figure: duration(),
+         proof: "duration() < duration(broken) || duration() > 0"}
+""", "-q")
+        self.assertIn("the proof is not judged", done.stderr)
+
     def test_a_new_requirement_computes_only_the_cases_that_lack_its_figure(self):
         cases = "defaults: {spec: crank.yaml}\ncases:\n  a: {require: [duration() > 0%s]}\n  b: {set: {m: 2}, require: duration() > 0}\n"
         self.assert_holds(cases % "")

@@ -2,6 +2,7 @@
 
 #include "balance/interface/batch/batch_summary.hpp"
 
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/interface/comparison/comparison.hpp"
 #include "balance/interface/comparison/requirement.hpp"
@@ -109,7 +110,8 @@ class RequirementEvaluator {
       try {
         const std::vector<MetricTable> tables = collect_tables(run_names);
         const ExpressionAnswer answer = evaluate_expression(row.figure, tables, tables.size() - 1);
-        published.ours = answer.value / row.unit_value;
+        if (answer.is_plain_sum) check_unit(row, answer.unit);
+        published.ours = answer.value / row.unit_value.value;
         // the default tolerance is a decimal number: both ends of it count
         constexpr double decimal_round_off = 1e-9;
         published.holds = std::abs(published.ours - row.exact) <=
@@ -121,11 +123,24 @@ class RequirementEvaluator {
         outcome.status = published.holds ? Status::holds : Status::violated;
       } catch (const RequirementError& error) {
         outcome.status = Status::invalid;
-        outcome.message = row.location.text() + ": figure: " + error.what();
+        outcome.message = row.figure_location.text() + ": " + error.what();
+      } catch (const SpecError& error) {
+        outcome.status = Status::invalid;
+        outcome.message = error.what();
       }
     }
     published_.back().rows.push_back(std::move(published));
     outcomes_.push_back(std::move(outcome));
+  }
+
+  /// Fails if a row's unit is one of another quantity than its figure's.
+  static void check_unit(const PublishedRow& row, const std::string& figure_unit) {
+    const std::optional<specification::UnitProduct> figure = specification::parse_unit_product(figure_unit);
+    if (row.unit.empty() || !figure || figure->dimension == row.unit_value.dimension) return;
+    const specification::ErrorMessage message{
+        .expected = fmt::format("a unit of the figure, which is in {}", figure_unit),
+        .found = quote_for_message(row.unit)};
+    throw SpecError({row.unit_location, message.text(), message.expected, message.found});
   }
 
   /// An improvement without proof is none.
@@ -139,7 +154,11 @@ class RequirementEvaluator {
       std::vector<std::string> run_names = proof->requirement.named_runs();
       run_names.push_back(suite_case.name);
       RequirementOutcome ignored;
-      if (lacks_result(run_names, ignored)) continue;
+      if (lacks_result(run_names, ignored)) {
+        published.holds = false;
+        outcome.message = fmt::format("{}: the proof is not judged: {}", proof->location.text(), ignored.message);
+        continue;
+      }
       const std::vector<MetricTable> tables = collect_tables(run_names);
       const RequirementVerdict verdict = judge_requirement(proof->requirement, tables, tables.size() - 1);
       if (verdict.holds) continue;

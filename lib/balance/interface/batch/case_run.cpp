@@ -181,9 +181,22 @@ class CaseRun {
                       "does not pass {7:.6g} between them",
                       solved.parameter, solved.figure.text, at_lower + solved.value, solved.lower,
                       at_upper + solved.value, solved.upper, unit.empty() ? "" : " " + unit, solved.value));
+    const std::string unit_text = unit.empty() ? "" : " " + unit;
+    if (at_lower == 0 && at_upper == 0)
+      throw CaseFailed(
+          fmt::format("solve {0}: {1} is {2:.6g}{3} at {0} = {4:.6g} and at {0} = {5:.6g}: it does not "
+                      "determine {0}, or the bracket has more than one root",
+                      solved.parameter, solved.figure.text, solved.value, unit_text, solved.lower, solved.upper));
     constexpr double relative_tolerance = 1e-12;
     const double root =
         find_bracketed_root(evaluate_at, solved.lower, solved.upper, at_lower, at_upper, relative_tolerance);
+    // at a jump or a pole the sign changes, too, but no value is near the one asked for
+    constexpr double residual_tolerance = 1e-6;  // relative to the bracket's ends
+    const double residual = evaluate_at(root);
+    if (std::abs(residual) > residual_tolerance * std::max(std::abs(at_lower), std::abs(at_upper)))
+      throw CaseFailed(fmt::format("solve {0}: {1} jumps past {2:.6g}{3} at {0} = {4:.6g}, where it is {5:.6g}{3}",
+                                   solved.parameter, solved.figure.text, solved.value, unit_text, root,
+                                   residual + solved.value));
     set_solved(i, root);
     solve_parameters(i + 1);
     record_.solved.clear();
@@ -238,6 +251,13 @@ class CaseRun {
       for (const Body& body : mechanism.bodies) names.push_back(body.name);
       const auto body = std::find(names.begin(), names.end(), point.body);
       if (body == names.end()) fail("a body of " + spec_.path, point.body, names);
+      const std::size_t size = mechanism.space == SpaceKind::planar ? 2 : 3;
+      if (!point.position.empty() && point.position.size() != size) {
+        const specification::ErrorMessage message{
+            .expected = fmt::format("{} coordinates of a point of {}", size, spec_.path),
+            .found = fmt::format("a list of {}", point.position.size())};
+        throw SpecError({location, message.text(), message.expected, message.found});
+      }
       FigurePoint resolved{point.name, static_cast<int>(body - names.begin()), Vector3::Zero()};
       const Body& carrier = mechanism.bodies[static_cast<std::size_t>(body - names.begin())];
       for (std::size_t k = 0; k < point.position.size(); ++k)

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace balance::specification {
 namespace {
@@ -136,6 +137,25 @@ void check_case(const SpecCursor& at, const SuiteCase& suite_case) {
                   fmt::format("'set' and 'solve' both give the parameter {}", quote_for_message(name)));
   if (suite_case.kind == CaseKind::motion) return;
   fail_unless(suite_case.controller.empty(), fmt::format("'{}' has no motion and so no 'controller'", kind));
+}
+
+void check_case_keys(const SpecCursor& at, CaseKind kind) {
+  using enum CaseKind;
+  const std::pair<const char*, std::vector<CaseKind>> kinds_of_keys[]{{"at", {equations}},
+                                                                      {"rates", {equations}},
+                                                                      {"accelerations", {equations}},
+                                                                      {"goal", {conditions}},
+                                                                      {"trajectory", {motion, equations}},
+                                                                      {"samples", {motion, equations}}};
+  for (const auto& [key, kinds] : kinds_of_keys) {
+    if (!at.has_entry(key) || std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) continue;
+    std::vector<std::string> uses;
+    for (const CaseKind one : kinds) uses.push_back("run: " + kind_names[static_cast<std::size_t>(one)]);
+    const std::string found = "run: " + kind_names[static_cast<std::size_t>(kind)];
+    at.fail({.message = fmt::format("'{}' is for {}, not for '{}'", key, join_alternatives(uses), found),
+             .expected = "keys that belong together",
+             .found = found});
+  }
 }
 
 }  // namespace balance::specification

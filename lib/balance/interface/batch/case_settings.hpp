@@ -30,4 +30,7 @@ void read_solved_parameters(const SpecCursor& at, SuiteCase& suite_case, const R
 /// Fails if keys of the case contradict its kind.
 void check_case(const SpecCursor& at, const SuiteCase& suite_case);
 
+/// Fails if a case has a key that its kind does not use. Keys of `defaults` are for the cases that use them.
+void check_case_keys(const SpecCursor& at, CaseKind kind);
+
 }  // namespace balance::specification

@@ -1,7 +1,6 @@
 #include "balance/interface/batch/published_row.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/interface/specification/spec_units.hpp"
 
 #include <fmt/format.h>
 
@@ -81,6 +80,17 @@ void check_verdict(const SpecCursor& at, const PublishedRow& row, bool has_exact
                                     name_of(row.verdict)),
              .expected = "reproduced, or another 'exact'",
              .found = name_of(row.verdict)});
+  if ((row.verdict == misprint || row.verdict == source_wrong) && has_exact && agrees && difference > 0)
+    at.fail(
+        {.message = fmt::format("the verdict is {}, but the printed number {} agrees with the exact one, {}, within "
+                                "half of its last digit: say reproduced",
+                                name_of(row.verdict), row.printed, row.exact),
+         .expected = "reproduced, or numbers that differ",
+         .found = name_of(row.verdict)});
+  if (row.verdict != improved && row.proof)
+    at.fail({.message = fmt::format("the verdict is {}, and 'proof' is for improved", name_of(row.verdict)),
+             .expected = "improved, or no proof",
+             .found = name_of(row.verdict)});
   if (row.verdict == improved && !row.proof && !has_proof)
     at.fail({.message = "the verdict is improved, which needs a proof: a requirement of the case on verdict(), or "
                         "'proof: verdict() == proved-best' here; without proof it is best-known",
@@ -108,7 +118,9 @@ double half_last_digit(const std::string& text) {
 
 PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file) {
   PublishedRow row;
-  row.location = {file, at.node().place.line, at.node().place.column, at.path()};
+  const auto location_of = [&file](const SpecCursor& c) -> SourceLocation {
+    return {file, c.node().place.line, c.node().place.column, c.path()};
+  };
   std::string printed_text, exact_text, ignored;
   std::optional<double> tolerance;
   std::optional<SpecCursor> verdict;
@@ -119,6 +131,7 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
         [&](const SpecCursor& c) {
           row.unit = c.read_word("a unit");
           row.unit_value = read_unit_product(c);
+          row.unit_location = location_of(c);
         }},
        {"printed", Presence::required, [&](const SpecCursor& c) { row.printed = read_decimal(c, printed_text); }},
        {"exact", Presence::optional, [&](const SpecCursor& c) { row.exact = read_decimal(c, exact_text); }},
@@ -127,7 +140,11 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
           tolerance = read_decimal(c, ignored);
           if (*tolerance < 0) c.fail_expected("a tolerance, which is not negative");
         }},
-       {"figure", Presence::required, [&](const SpecCursor& c) { row.figure = read_figure(c, names); }},
+       {"figure", Presence::required,
+        [&](const SpecCursor& c) {
+          row.figure = read_figure(c, names);
+          row.figure_location = location_of(c);
+        }},
        {"verdict", Presence::required,
         [&](const SpecCursor& c) {
           const std::vector<std::string> verdicts(published_verdict_names.begin(), published_verdict_names.end());

@@ -4,6 +4,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
+#include "balance/interface/specification/spec_units.hpp"
 
 #include <array>
 #include <optional>
@@ -34,17 +35,17 @@ inline constexpr std::array published_verdict_names{"reproduced", "first-approxi
 const char* name_of(PublishedVerdict verdict);
 
 struct PublishedRow {
-  std::string what;       ///< "piston speed"
-  std::string unit;       ///< of the numbers below; empty: none
-  double unit_value = 1;  ///< [SI]
-  double printed = 0;     ///< by the source
-  double exact = 0;       ///< what the figure must be; the printed number unless the suite gives another
-  double tolerance = 0;   ///< of the figure; default: half a unit of the last digit of `exact`
+  std::string what;  ///< "piston speed"
+  std::string unit;  ///< of the numbers below; empty: none
+  specification::UnitProduct unit_value;
+  double printed = 0;    ///< by the source
+  double exact = 0;      ///< what the figure must be; the printed number unless the suite gives another
+  double tolerance = 0;  ///< of the figure; default: half a unit of the last digit of `exact`
   PublishedVerdict verdict = PublishedVerdict::reproduced;
   std::string note;
   FigureExpression figure;                ///< [SI]
   std::optional<SuiteRequirement> proof;  ///< of an improvement
-  SourceLocation location;
+  SourceLocation figure_location, unit_location;
 };
 
 /// A printed number without a figure yet.

@@ -92,7 +92,10 @@ void read_case(const SpecCursor& at, const SpecCursor& named, const std::string&
                       }});
   const bool added =
       read_fields(at, "a case {spec, set, trajectory, samples, design, run, require, published}", fields) &&
-      builder.problems.collect([&] { add_case(builder, suite_case, name_cursor ? *name_cursor : named); });
+      builder.problems.collect([&] {
+        check_case_keys(at, suite_case.kind);
+        add_case(builder, suite_case, name_cursor ? *name_cursor : named);
+      });
   if (!added) {
     builder.has_unnamed_cases = builder.has_unnamed_cases || suite_case.name.empty();
     builder.invalid_case_names.push_back(suite_case.name);

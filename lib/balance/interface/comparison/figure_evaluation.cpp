@@ -516,6 +516,11 @@ const FigureEvaluator::Quantity* FigureEvaluator::find_quantity(const std::strin
   if (subject_.run != nullptr)
     for (const Metric& metric : subject_.run->metrics) names.push_back(metric.quantity);
   for (const Quantity& known : quantities_) names.push_back(known.name);
+  if (name.starts_with("point_") && subject_.points.empty()) {
+    figure.mistaken_name = given;
+    figure.mistake = fmt::format("{} needs a case with 'points', such as {{D: body.point}}", quote_for_message(given));
+    return nullptr;
+  }
   figure.mistaken_name = given;
   figure.mistake =
       members.empty()

@@ -104,6 +104,26 @@ bool has_unit_of_figures(const FigureExpression& side, const std::vector<MetricT
   return change > round_off * std::abs(nominal) && std::abs(plus - 2 * nominal + minus) <= round_off * change;
 }
 
+/// Whether the expression changes as much as each of its figures, or not at all.
+bool is_plain_sum_of_figures(const FigureExpression& expression, const std::vector<MetricTable>& tables,
+                             std::size_t run) {
+  constexpr double step = 1e-3, slope_tolerance = 1e-6;
+  Values values;
+  for (const FigureReference& figure : expression.figures)
+    values[figure.variable] = value_of(figure, find_metric_table(figure, tables, run));
+  for (const auto& [variable, value] : values) {
+    const double change = step * (value == 0 ? 1 : std::abs(value));
+    Values lower = values, upper = values;
+    lower[variable] = value - change;
+    upper[variable] = value + change;
+    const double slope = std::abs(evaluate_figure_expression(expression.expression, upper) -
+                                  evaluate_figure_expression(expression.expression, lower)) /
+                         (2 * change);
+    if (!(std::min(slope, std::abs(slope - 1)) <= slope_tolerance)) return false;
+  }
+  return true;
+}
+
 /// The unit of all sides; empty if the figures' units differ or a side is a product, ratio, root, … of figures.
 std::string common_unit(std::initializer_list<const FigureExpression*> sides, const std::vector<MetricTable>& tables,
                         std::size_t run) {
@@ -240,6 +260,7 @@ ExpressionAnswer evaluate_expression(const FigureExpression& expression, const s
   ExpressionAnswer answer;
   answer.value = evaluate(expression, tables, run, answer.missing);
   answer.unit = common_unit({&expression}, tables, run);
+  answer.is_plain_sum = is_plain_sum_of_figures(expression, tables, run);
   return answer;
 }
 

@@ -72,6 +72,7 @@ FigureExpression parse_figure_expression(const std::string& text, const RunNames
 struct ExpressionAnswer {
   double value = 0;                  ///< SI; NaN: a figure has no value
   std::string unit;                  ///< if all figures have it and the arithmetic keeps it; otherwise empty
+  bool is_plain_sum = false;         ///< of figures with the factors 1, 0 and −1: no constant changes their unit
   std::vector<std::string> missing;  ///< as RequirementVerdict::missing
 };
 

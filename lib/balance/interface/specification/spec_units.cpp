@@ -3,9 +3,11 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -44,42 +46,44 @@ constexpr std::size_t pound_force = 4;  // of force_units
 bool is_imperial(const std::string& length) { return length == "in" || length == "ft"; }
 
 /// Units that a spec does not choose but that numbers are printed in.
-constexpr NamedUnit derived_units[]{{"J", 1},  {"kJ", 1e3}, {"W", 1},    {"kW", 1e3},
-                                    {"Hz", 1}, {"1", 1},    {"%", 0.01}, {"rpm", 2 * std::numbers::pi / 60}};
+struct DerivedUnit : NamedUnit {
+  Dimension dimension;
+};
+constexpr Dimension newton = dimension::mass * dimension::acceleration;
+constexpr Dimension joule = newton * dimension::length;
+constexpr DerivedUnit derived_units[]{{{"J", 1}, joule},
+                                      {{"kJ", 1e3}, joule},
+                                      {{"W", 1}, joule / dimension::time},
+                                      {{"kW", 1e3}, joule / dimension::time},
+                                      {{"Hz", 1}, dimension::dimensionless / dimension::time},
+                                      {{"1", 1}, dimension::dimensionless},
+                                      {{"%", 0.01}, dimension::dimensionless},
+                                      {{"rpm", 2 * std::numbers::pi / 60}, dimension::angle / dimension::time}};
 
-const NamedUnit* find_unit(const std::string& name) {
-  for (const std::span<const NamedUnit> units :
-       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
-        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
-        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
-    for (const NamedUnit& unit : units)
-      if (name == unit.name) return &unit;
-  return nullptr;
+std::vector<DerivedUnit> list_units() {
+  std::vector<DerivedUnit> units(std::begin(derived_units), std::end(derived_units));
+  const std::pair<std::span<const NamedUnit>, Dimension> base_units[]{{length_units, dimension::length},
+                                                                      {mass_units, dimension::mass},
+                                                                      {time_units, dimension::time},
+                                                                      {angle_units, dimension::angle},
+                                                                      {force_units, newton}};
+  for (const auto& [named_units, dimension] : base_units)
+    for (const NamedUnit& unit : named_units) units.push_back({unit, dimension});
+  return units;
 }
 
-std::vector<std::string> list_unit_names() {
-  std::vector<std::string> names;
-  for (const std::span<const NamedUnit> units :
-       {std::span<const NamedUnit>(length_units), std::span<const NamedUnit>(mass_units),
-        std::span<const NamedUnit>(time_units), std::span<const NamedUnit>(angle_units),
-        std::span<const NamedUnit>(force_units), std::span<const NamedUnit>(derived_units)})
-    for (const NamedUnit& unit : units) names.emplace_back(unit.name);
-  return names;
-}
-
-}  // namespace
-
-double read_unit_product(const SpecCursor& cursor) {
-  const std::string expectation = "a unit such as m/s, N mm, deg/s^2 or %";
-  const std::string& text = cursor.read_word(expectation);
-  double product = 1;
+/// Calls `fail` with an ErrorMessage for a text that is not a product of units; it does not return.
+template <class Fail>
+UnitProduct parse_unit_product(const std::string& text, const ErrorMessage& not_a_unit, const Fail& fail) {
+  const std::vector<DerivedUnit> units = list_units();
+  UnitProduct product;
   bool divides = false, is_empty = true;
   std::size_t i = 0;
   while (i < text.size()) {
     if (text[i] == ' ' || text[i] == '*') {
       ++i;
     } else if (text[i] == '/') {
-      if (is_empty) cursor.fail_expected(expectation);
+      if (is_empty) fail(not_a_unit);
       divides = true, is_empty = true;
       ++i;
     } else {
@@ -87,25 +91,50 @@ double read_unit_product(const SpecCursor& cursor) {
       const std::string factor = text.substr(i, end - i);
       const std::size_t power_mark = std::min(factor.find('^'), factor.size());
       const std::string name = factor.substr(0, power_mark);
-      const NamedUnit* unit = find_unit(name);
-      if (unit == nullptr)
-        cursor.fail({.expected = expectation,
-                     .found = quote_for_message(name),
-                     .hint = format_nearest_name(name, list_unit_names())});
+      const auto unit =
+          std::find_if(units.begin(), units.end(), [&](const DerivedUnit& one) { return name == one.name; });
+      if (unit == units.end()) {
+        std::vector<std::string> names;
+        for (const DerivedUnit& one : units) names.emplace_back(one.name);
+        fail({.expected = not_a_unit.expected,
+              .found = quote_for_message(name),
+              .hint = format_nearest_name(name, names)});
+      }
       int power = 1;
       if (power_mark < factor.size()) {
         const char* const last = factor.data() + factor.size();
         const auto [rest, error] = std::from_chars(factor.data() + power_mark + 1, last, power);
         if (error != std::errc() || rest != last || std::abs(power) > 9)
-          cursor.fail({.expected = "a power such as ^2", .found = quote_for_message(factor)});
+          fail({.expected = "a power such as ^2", .found = quote_for_message(factor)});
       }
-      product *= elementary::pow(unit->value, divides ? -power : power);
+      if (divides) power = -power;
+      product.value *= elementary::pow(unit->value, power);
+      for (int k = 0; k < std::abs(power); ++k)
+        product.dimension = power > 0 ? product.dimension * unit->dimension : product.dimension / unit->dimension;
       is_empty = false;
       i = end;
     }
   }
-  if (is_empty) cursor.fail_expected(expectation);
+  if (is_empty) fail(not_a_unit);
   return product;
+}
+
+}  // namespace
+
+UnitProduct read_unit_product(const SpecCursor& cursor) {
+  const std::string expectation = "a unit such as m/s, N mm, deg/s^2 or %";
+  const std::string& text = cursor.read_word(expectation);
+  return parse_unit_product(text, {.expected = expectation, .found = quote_for_message(text)},
+                            [&](const ErrorMessage& message) { cursor.fail(message); });
+}
+
+std::optional<UnitProduct> parse_unit_product(const std::string& text) {
+  struct NotAUnit {};
+  try {
+    return parse_unit_product(text, {}, [](const ErrorMessage&) { throw NotAUnit(); });
+  } catch (const NotAUnit&) {
+    return std::nullopt;
+  }
 }
 
 Dimension dimension_of_unit(const std::string& unit) {

@@ -23,6 +23,7 @@ struct Dimension {
   friend constexpr Dimension operator/(Dimension a, Dimension b) {
     return {a.length - b.length, a.mass - b.mass, a.time - b.time, a.angle - b.angle, a.force - b.force};
   }
+  friend constexpr bool operator==(Dimension a, Dimension b) = default;
 };
 
 namespace dimension {
@@ -60,8 +61,17 @@ struct Units : SpecUnits {
 /// Reads `units: {length: mm, mass: g, angle: deg, time: s, force: N}`.
 Units read_units(const SpecCursor& section);
 
-/// SI value of a product of units: "m/s", "N mm", "deg/s^2", "kg m^2", "%". What follows a slash divides, up to the next
-/// slash. Fails with the nearest name of a unit.
-double read_unit_product(const SpecCursor& unit);
+/// A product of units.
+struct UnitProduct {
+  double value = 1;     ///< [SI]
+  Dimension dimension;  ///< without force, which is mass · length / time²
+};
+
+/// Reads "m/s", "N mm", "deg/s^2", "kg m^2", "%". What follows a slash divides, up to the next slash. Fails with the
+/// nearest name of a unit.
+UnitProduct read_unit_product(const SpecCursor& unit);
+
+/// The product of units in a text, such as a figure's SI unit; nothing if it is not one.
+std::optional<UnitProduct> parse_unit_product(const std::string& text);
 
 }  // namespace balance::specification
