@@ -8,7 +8,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)
 mkdir "$folder/records" # of what is really installed from this build
 cp "$build"/install_manifest*.txt "$build"/installed_beside_*.txt "$folder/records" 2>/dev/null || true
-trap 'cp "$folder"/records/*.txt "$build" 2>/dev/null; rm -rf "$folder"' EXIT
+trap 'cp "$folder"/records/*.txt "$build" 2>/dev/null || true; rm -rf "$folder"' EXIT
 
 # What somebody else has put below the prefix stays when the build is uninstalled, and nothing else.
 mkdir -p "$folder/prefix/share/balance" "$folder/prefix/bin"

@@ -1,5 +1,6 @@
 #include "balance/interface/reports/design_sections.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/text_table.hpp"
@@ -576,8 +577,8 @@ std::string statement_text(const InfeasibilityCertificate& proof, const std::vec
   if (!is_of_conditions) return proof.statement;
   const std::string combination = linear_combination_text(parameters, proof.coefficients);
   if (!proof.statement.starts_with(combination)) return proof.statement;
-  Eigen::Index reference = 0;  // the sum has the unit of the parameter whose coefficient is 1
-  (proof.coefficients.cwiseAbs().array() - 1).abs().minCoeff(&reference);
+  // the sum has the unit of the parameter whose coefficient is 1
+  const Eigen::Index reference = min_index((proof.coefficients.cwiseAbs().array() - 1).abs());
   const DisplayUnit unit = find_display_unit(unit_of(parameters[static_cast<std::size_t>(reference)]), units);
   VectorX coefficients = proof.coefficients;
   for (Eigen::Index p = 0; p < coefficients.size(); ++p)
