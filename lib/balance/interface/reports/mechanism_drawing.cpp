@@ -395,12 +395,15 @@ void add_hatched_line(const PlotPoint& from, const PlotPoint& to, double unit, s
   if (length < depth) return;
   const PlotPoint u{(to.x - from.x) / length, (to.y - from.y) / length};
   outlines.push_back({DrawingPart::ground, false, {from, to}});
-  for (double s = depth / 2; s <= length + 1e-9 * depth; s += depth)
+  const int strokes = static_cast<int>(length / depth + 0.5 + 1e-9);
+  for (int stroke = 0; stroke < strokes; ++stroke) {
+    const double s = (stroke + 0.5) * depth;
     outlines.push_back(
         {DrawingPart::ground,
          false,
          {{from.x + s * u.x, from.y + s * u.y},
           {from.x + (s - 0.7 * depth) * u.x + depth * u.y, from.y + (s - 0.7 * depth) * u.y - depth * u.x}}});
+  }
 }
 
 void add_bearing(const PlotPoint& at, double unit, std::vector<Outline>& outlines) {

@@ -103,7 +103,8 @@ SpecUnits read_display_units(const std::string& spec_text) {
   if (units == nullptr) return {};
   specification::SpecErrorCollector problems("");
   try {
-    return specification::read_units(specification::SpecCursor(*units, "units", problems));
+    const specification::Units read = specification::read_units(specification::SpecCursor(*units, "units", problems));
+    return static_cast<const SpecUnits&>(read);  // what messages need besides is not displayed
   } catch (const specification::ReadError&) {
     return {};
   }
