@@ -26,14 +26,7 @@ namespace {
 /// The mechanism at rest with its actuated coordinates at their assembly values, or zero.
 RunResult assembled_state(const Study& study) {
   const Mechanism& mechanism = study.mechanism;
-  PoseTarget pose;
-  for (const CoordinateId actuator : mechanism.actuators) {
-    double value = 0;
-    for (const CoordinateValue& assembled : mechanism.assembly)
-      if (assembled.coordinate == actuator) value = assembled.value;
-    pose.joints.push_back({actuator, value});
-  }
-  ConfigurationResult assembled = solve_configuration(mechanism, pose);
+  ConfigurationResult assembled = solve_configuration(mechanism, actuators_as_assembled(mechanism));
   if (assembled.outcome.status != MotionStatus::done) throw MotionFailure(assembled.outcome);
   return evaluate_single_state(mechanism, {.configuration = std::move(assembled.coordinates)});
 }

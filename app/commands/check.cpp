@@ -46,9 +46,11 @@ ExitCode run(const CheckOptions& check_options) {
   std::optional<VerifyReport> verified;
   if (check_options.verify && done) verified = verify_or_throw(study);
   if (options.json && done) print(check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
-  const TextOptions text = choose_text_options(options, study);
-  if (!options.json) print_text(check_text(report, study.mechanism, text));
-  if (!options.json && verified) print_text("\n" + verify_text(*verified, text));
+  if (!options.json) {
+    const TextOptions text = choose_text_options(options, study);
+    print_text(check_text(report, study.mechanism, text));
+    if (verified) print_text("\n" + verify_text(*verified, text));
+  }
   if (!done) throw MotionFailure(report.outcome);
   if (!verified) return ExitCode::done;
   if (!verified->is_consistent) return ExitCode::not_met;

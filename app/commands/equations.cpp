@@ -88,8 +88,8 @@ std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
 /// Per coordinate: whether it is a length.
 std::vector<bool> coordinate_lengths(const Mechanism& mechanism) {
   std::vector<bool> lengths;
-  for (const Coordinate& coordinate : mechanism.coordinates)
-    lengths.push_back(coordinate.kind != CoordinateKind::angle);
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    lengths.push_back(is_length_coordinate(mechanism, static_cast<int>(c)));
   return lengths;
 }
 

@@ -219,13 +219,12 @@ DesignReportData only_design(const DesignStudyOptions& study_options, const Desi
 
 void add_design(const ReportOptions& options, const DesignSpace& space, HtmlReport& page) {
   const DesignStudyOptions study_options = design_options(options, space.start);
-  const DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
-                                                         : only_design(study_options, space);
-  DesignReportData shown = view;
-  shown.conditions = convert_coefficients(view.conditions, page.units);
+  DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
+                                                   : only_design(study_options, space);
+  view.conditions = convert_coefficients(std::move(view.conditions), page.units);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
-  page.design = design_json(shown, {});
+  page.design = design_json(view, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;

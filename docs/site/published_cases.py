@@ -25,6 +25,20 @@ def view(check):
     return ["--plane", "isometric"] if check["space"] == "spatial" else []
 
 
+def peak_changes(run):
+    """Peaks of a designed run before and after."""
+    return [change for change in run["changes"] if change["figure"] == "peak" and change["quantity"] in FIGURES]
+
+
+def peak_rows(peaks, trajectory):
+    return [(f"peak {peak['quantity'].replace('_', ' ')}, `{trajectory}`", peak["unit"], peak["before"], peak["after"]) for peak in peaks]
+
+
+def most_reduced(peaks):
+    """The quantity whose peak fell most; nothing without one."""
+    return min((peak for peak in peaks if peak["before"]), key=lambda peak: peak["after"] / peak["before"], default={"quantity": ""})["quantity"]
+
+
 def changes(design):
     """Rows of a table: what the design was asked to minimize and the peaks of its runs, before and after."""
     rows = []
@@ -32,16 +46,8 @@ def changes(design):
     if objective:
         rows.append((objective["name"], objective["unit"], objective["start"], objective["value"]))
     for run in design["trajectories"]:
-        rows += [(f"peak {change['quantity'].replace('_', ' ')}, `{run['trajectory']}`", change["unit"], change["before"], change["after"])
-                 for change in run["changes"] if change["figure"] == "peak" and change["quantity"] in FIGURES]
+        rows += peak_rows(peak_changes(run), run["trajectory"])
     return rows
-
-
-def most_improved(design):
-    """The quantity of the first run whose peak changed most; nothing without a run."""
-    peaks = [change for run in design["trajectories"][:1] for change in run["changes"]
-             if change["figure"] == "peak" and change["quantity"] in FIGURES and change["before"]]
-    return min(peaks, key=lambda change: change["after"] / change["before"])["quantity"] if peaks else ""
 
 
 def number(value):
@@ -60,9 +66,12 @@ def designed_runs(program, spec, scratch):
         return None
     if "front" in design:
         return middle_of_front(program, spec, scratch, design["front"]["middle"])
-    run = design["trajectories"][0]["trajectory"].replace("/", "_") if design["trajectories"] else None
-    return (words(design["status"], design["optimality"]), changes(design), [f"{file}:before/{run}", f"{file}:after/{run}"] if run else [],
-            most_improved(design))
+    runs, quantity = [], ""
+    if design["trajectories"]:
+        first = design["trajectories"][0]
+        runs = [f"{file}:{side}/{first['trajectory'].replace('/', '_')}" for side in ("before", "after")]
+        quantity = most_reduced(peak_changes(first))
+    return words(design["status"], design["optimality"]), changes(design), runs, quantity
 
 
 def middle_of_front(program, spec, scratch, point):
@@ -73,11 +82,9 @@ def middle_of_front(program, spec, scratch, point):
     if None in runs:
         return None
     before, after = ({metric["quantity"]: metric for metric in run["metrics"]} for run in runs)
-    shown = [quantity for quantity in FIGURES if quantity in before and quantity in after]
-    rows = [(f"peak {quantity.replace('_', ' ')}, `{runs[0]['trajectory']}`", before[quantity]["unit"], before[quantity]["peak"], after[quantity]["peak"])
-            for quantity in shown]
-    best = min((q for q in shown if before[q]["peak"]), key=lambda q: after[q]["peak"] / before[q]["peak"], default="")
-    return f"point {point} of its trade-off", rows, [str(spec), str(file)], best
+    peaks = [{"quantity": quantity, "unit": before[quantity]["unit"], "before": before[quantity]["peak"], "after": after[quantity]["peak"]}
+             for quantity in FIGURES if quantity in before and quantity in after]
+    return f"point {point} of its trade-off", peak_rows(peaks, runs[0]["trajectory"]), [str(spec), str(file)], most_reduced(peaks)
 
 
 def before_and_after(program, spec, check, folder, draws):

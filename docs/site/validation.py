@@ -7,7 +7,8 @@ import pathlib
 import re
 import shutil
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from program_answers import ROOT
+
 SUITE = ROOT / "configs/suites/published.yaml"
 MANY_ROWS = 8  # a case with more of them is folded
 

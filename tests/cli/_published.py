@@ -31,12 +31,12 @@ def traits_of(content):
 
 def with_named(cases, names):
     """These cases and those that their requirements name, in the suite's order."""
-    wanted, left = set(), list(names)
-    while left:
-        name = left.pop()
+    wanted, pending = set(), list(names)
+    while pending:
+        name = pending.pop()
         if name not in wanted:
             wanted.add(name)
-            left += [other for other in re.findall(r"'([\w.+=-]+)'", cases[name]) if other in cases]
+            pending += [other for other in re.findall(r"'([\w.+=-]+)'", cases[name]) if other in cases]
     return [name for name in cases if name in wanted]
 
 

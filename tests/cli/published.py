@@ -5,16 +5,15 @@ import json
 import os
 import re
 import subprocess
-import tempfile
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from _program import CONFIGS, PROGRAM
+from _program import CONFIGS, PROGRAM, Case
 from _published import SPECS, SUITE, read_cases, spec_of, traits_of, write_suite
 from _sampling import WHOLE, draw
 
 # Minutes of search, or 60000 steps of an open loop: in the whole, and in the gate `published`.
-SLOW = {"virtual-counterweight-design", "modelica-wheelset"}
+SLOW = {"virtual-counterweight-design"}
 
 
 def run(*words):
@@ -43,24 +42,21 @@ class Specs(unittest.TestCase):
                 self.assertIn(name, used)
 
 
-class Suite(unittest.TestCase):
+class Suite(Case):
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.folder = temporary.name
+        super().setUp()
         self.cases = read_cases()
 
     def batch(self, suite):
         """Exit code, summary and what was said of a batch."""
-        folder = os.path.join(self.folder, "results")
-        done = run("batch", suite, "-o", folder, "--metrics-only", "--quiet", "-j", "2")
-        with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+        done = run("batch", suite, "-o", self.path("results"), "--metrics-only", "--quiet", "-j", "2")
+        with open(self.path("results/summary.json"), encoding="utf-8") as file:
             return done.returncode, json.load(file), done.stdout + done.stderr
 
     def test_every_printed_number_of_the_sample_holds(self):
         names = [name for name in self.cases if WHOLE or name not in SLOW]
         chosen = draw("published cases", names, 0.15, lambda name: traits_of(self.cases[name]))
-        suite = os.path.join(self.folder, "suite.yaml")
+        suite = self.path("suite.yaml")
         write_suite(self.cases, chosen, suite)
         code, summary, said = self.batch(suite)
         self.assertEqual((code, said), (0, ""))
@@ -71,7 +67,7 @@ class Suite(unittest.TestCase):
     def test_a_wrong_number_is_found(self):
         content, count = re.subn(r"exact: 6\.9053599\b", "exact: 6.9053699", self.cases["K15-2"])
         self.assertEqual(count, 1)
-        suite = os.path.join(self.folder, "suite.yaml")
+        suite = self.path("suite.yaml")
         write_suite({**self.cases, "K15-2": content}, ["K15-2"], suite)
         code, summary, said = self.batch(suite)
         self.assertEqual(code, 1)

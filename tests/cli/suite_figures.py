@@ -261,7 +261,6 @@ cases:
 """)
 
     def test_equations_are_those_of_the_command(self):
-        pose, rates, accelerations = "J1=0.3,J2=-0.2,J3=0.5", "J1=1,J2=2,J3=-1", "J1=0.5,J2=0,J3=-2"
         spec = os.path.join(CONFIGS, "planar-rrr.yaml")
         names = self.program_json("equations", spec, "--at", "start")["independent"]
         pose, rates, accelerations = ({name: value for name, value in zip(names, values)}

@@ -8,12 +8,18 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w.-]+\.(?:yaml|py|csv))$")
 
 
 def blocks(text):
     """(language, content) of every fenced block."""
-    yield from re.findall(r"^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    yield from BLOCK.findall(text)
+
+
+def prose(text):
+    """The page without its fenced blocks."""
+    return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
 
 
 def sessions(block):
@@ -31,10 +37,11 @@ def sessions(block):
     yield command, expected
 
 
-def file_named_by(block):
-    """The name of the file that a block is, if it is one."""
+def write_file(block, folder):
+    """The file that a block is, if it is one."""
     name = FILE.match(block.split("\n", 1)[0])
-    return name.group(1) if name else None
+    if name:
+        (folder / name.group(1)).write_text(block, encoding="utf-8")
 
 
 def execute(command, folder, environment):
@@ -65,9 +72,7 @@ def run_page(text, folder, environment):
     """What differs, the number of commands, and what the last one printed."""
     differing, count, printed = [], 0, []
     for language, block in blocks(text):
-        name = file_named_by(block)
-        if name:
-            (folder / name).write_text(block, encoding="utf-8")
+        write_file(block, folder)
         for command, expected in sessions(block) if language == "console" else ():
             count += 1
             code, printed, errors = execute(command, folder, environment)

@@ -3,11 +3,10 @@
 import difflib
 import re
 
-from _console import agrees, execute, file_named_by, sessions
+from _console import BLOCK, agrees, execute, sessions, write_file
 
-BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 GAP = "..."
-LEAST_LIKENESS = 0.6  # of two lines, numbers aside: below it a line of the page has no counterpart in the output
+LIKENESS_THRESHOLD = 0.6  # of two lines, numbers aside: below it a line of the page has no counterpart in the output
 
 
 def likeness(a, b):
@@ -25,7 +24,7 @@ def counterparts(lines, printed):
     best = [[0.0] * (len(printed) + 1) for _ in range(len(lines) + 1)]
     for i in reversed(range(len(lines))):
         for j in reversed(range(len(printed))):
-            paired = alike[i][j] + best[i + 1][j + 1] if alike[i][j] >= LEAST_LIKENESS else 0.0
+            paired = alike[i][j] + best[i + 1][j + 1] if alike[i][j] >= LIKENESS_THRESHOLD else 0.0
             best[i][j] = max(paired, best[i + 1][j], best[i][j + 1])
     found, j = [], 0
     for i in range(len(lines)):
@@ -65,9 +64,7 @@ def refreshed_page(text, folder, environment):
 
     def refreshed_block(match):
         language, block = match.groups()
-        name = file_named_by(block)
-        if name:
-            (folder / name).write_text(block, encoding="utf-8")
+        write_file(block, folder)
         if language != "console":
             return match.group()
         lines = []

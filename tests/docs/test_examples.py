@@ -10,7 +10,7 @@ import unittest
 
 import yaml
 
-from _console import ROOT, blocks, run_page, workplace
+from _console import ROOT, blocks, prose, run_page, workplace
 
 DOCS = ROOT / "docs"
 PAGES = sorted(page for page in DOCS.rglob("*.md") if page.parent.name != "site")
@@ -55,8 +55,7 @@ def lines_of_commands(text):
 
 def mentions(text):
     """Commands of the program that sentences name."""
-    prose = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
-    return [mention.replace("\n", " ") for mention in re.findall(r"`balance ([a-z][^`]*)`", prose)]
+    return [mention.replace("\n", " ") for mention in re.findall(r"`balance ([a-z][^`]*)`", prose(text))]
 
 
 class Commands(unittest.TestCase):
@@ -145,8 +144,7 @@ class Mentions(unittest.TestCase):
                 others |= set(re.findall(r"--[a-z][\w-]*", script.read_text(encoding="utf-8")))
         others |= {"--requeue", "--cluster", "--cluster-cancel", "--cluster-status", "--mem", "--time", "--install", "--prefix", "--system-site-packages"}
         for page in EVERYTHING:
-            prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
-            for option in re.findall(r"`(--[a-z][\w-]*)", prose):
+            for option in re.findall(r"`(--[a-z][\w-]*)", prose(page.read_text(encoding="utf-8"))):
                 with self.subTest(page=page.name, option=option):
                     self.assertTrue(option in known or option in others, "no command and no script has it")
 

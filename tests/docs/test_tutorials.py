@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from _console import ROOT, blocks, run_page, workplace
+from _console import ROOT, blocks, prose, run_page, workplace
 
 PAGES = sorted((ROOT / "docs/tutorials").glob("[0-9]*.md"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
@@ -58,7 +58,7 @@ class Tutorials(unittest.TestCase):
         for page in PAGES:
             text = page.read_text(encoding="utf-8")
             printed = [float(x) for block in (b for language, b in blocks(text) if language == "console") for x in NUMBER.findall(block)]
-            for row in re.findall(r"^\| (?!---)(.*) \|$", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE):
+            for row in re.findall(r"^\| (?!---)(.*) \|$", prose(text), re.MULTILINE):
                 for number in (x for cell in row.split(" | ")[1:] for x in NUMBER.findall(cell) if len(x.replace(".", "")) >= 3):
                     count += 1
                     with self.subTest(page=page.name, row=row, number=number):

@@ -61,7 +61,7 @@ bool has_impossible_inertia(const RigidTree& tree) {
 }
 
 void compare(const PeerCase& subject, const PeerLibrary& library, Count& count) {
-  if (!library.has_loops && !subject.tree.cut_joints.empty()) return fmt::print("  {:8} no loops\n", library.name);
+  if (!library.can_model(subject.tree)) return fmt::print("  {:8} no loops\n", library.name);
   try {
     const Agreement found = compare_with_peer(subject, *library.make(subject.tree));
     print_agreement(library, found);
@@ -91,7 +91,7 @@ RigidTree disturb(RigidTree tree, std::size_t k) {
 
 /// Every disturbed body must be found out by every library that agreed without the disturbance.
 void test_sensitivity(const PeerCase& subject, const PeerLibrary& library, Count& count) {
-  if (!library.has_loops && !subject.tree.cut_joints.empty()) return;
+  if (!library.can_model(subject.tree)) return;
   for (std::size_t k = 0; k < subject.tree.bodies.size(); ++k) {
     const bool is_found_out = !is_agreement(compare_with_peer(subject, *library.make(disturb(subject.tree, k))));
     if (!is_found_out)
@@ -137,9 +137,9 @@ int main(int argc, char** argv) {
   using balance::peers::Task;
   std::vector<std::string> specs(argv + 1, argv + argc);
   Task task = Task::compare;
-  if (!specs.empty() && specs.front().starts_with("--")) {
+  if (!specs.empty() && (specs.front() == "--time" || specs.front() == "--self-test")) {
     task = specs.front() == "--time" ? Task::time : Task::self_test;
-    if (task == Task::time || specs.front() == "--self-test") specs.erase(specs.begin());
+    specs.erase(specs.begin());
   }
   if (specs.empty() || specs.front().starts_with('-')) {
     std::fputs("usage: compare_peers [--time | --self-test] SPEC…\n", stderr);

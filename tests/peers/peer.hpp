@@ -41,6 +41,8 @@ struct PeerLibrary {
   bool has_loops = true;
   /// @throws std::runtime_error with the library's own words if it refuses the mechanism
   std::unique_ptr<Peer> (*make)(const RigidTree& tree);
+
+  bool can_model(const RigidTree& tree) const { return has_loops || tree.cut_joints.empty(); }
 };
 
 PeerLibrary mujoco_library();

@@ -1,9 +1,9 @@
 #include "peer_case.hpp"
 
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
-#include <cmath>
 #include <filesystem>
 #include <vector>
 
@@ -23,8 +23,7 @@ std::string remove_forces(Mechanism& mechanism) {
   mechanism.springs.clear();
   mechanism.loads.clear();
   mechanism.friction.clear();
-  const auto is_temporary = [](const Attachment& a) { return std::isfinite(a.from) || std::isfinite(a.until); };
-  note(std::erase_if(mechanism.attachments, is_temporary) > 0, "payloads that come and go");
+  note(std::erase_if(mechanism.attachments, is_temporary_payload<double>) > 0, "payloads that come and go");
   return removed;
 }
 

@@ -2,12 +2,12 @@
 
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/mechanics/model/couplings.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/mechanics/model/topology.hpp"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace balance::peers {
@@ -32,8 +32,8 @@ struct MassSum {
 /// An inertia with a moment of zero, of a point or a thin rod, becomes one that every library accepts.
 Matrix3 make_positive(const Matrix3& inertia) {
   const Matrix3 symmetric = 0.5 * (inertia + inertia.transpose());
-  const double least = Eigen::SelfAdjointEigenSolver<Matrix3>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  return least >= negligible_mass ? symmetric : symmetric + (negligible_mass - least) * Matrix3::Identity();
+  const double smallest = Eigen::SelfAdjointEigenSolver<Matrix3>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return smallest >= negligible_mass ? symmetric : symmetric + (negligible_mass - smallest) * Matrix3::Identity();
 }
 
 struct JointMotions {
@@ -101,9 +101,7 @@ void require_comparable(const Mechanism& mechanism, const SpanningTree& spanning
   if (has_velocity_constraints(mechanism)) throw NotComparable("has constraints on rates");
   if (!locked_freedoms(mechanism, {}, spanning).empty())
     throw NotComparable("has bodies that spin idly, whose motion is not unique");
-  for (const Attachment& attachment : mechanism.attachments)
-    if (std::isfinite(attachment.from) || std::isfinite(attachment.until))
-      throw NotComparable("has payloads that come and go");
+  if (has_temporary_payloads(mechanism)) throw NotComparable("has payloads that come and go");
 }
 
 class TreeReader {

@@ -31,7 +31,7 @@ struct Contender {
   Pass pass;        ///< none: it cannot
   std::string why;  ///< it cannot
   int passes = 2;
-  double least = 1e300;  ///< per pass [s]
+  double min_time = 1e300;  ///< per pass [s]
 };
 
 /// Processor time of the passes, which others on the machine disturb least.
@@ -46,8 +46,19 @@ void set_passes(Contender& contender) {
   while (measure(contender) < min_round_time) contender.passes *= 2;
 }
 
-/// A state's row, in order or backwards.
-Eigen::Index row_of(Eigen::Index k, Eigen::Index rows, bool backwards) { return backwards ? rows - 1 - k : k; }
+/// Calls evaluate(q, dq, ddq) with every row, in order or backwards.
+template <class Evaluate>
+void visit_states(const Samples& q, const Samples& dq, const Samples& ddq, bool backwards, Evaluate&& evaluate) {
+  const Eigen::Index rows = q.rows();
+  VectorX q_row, dq_row, ddq_row;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const Eigen::Index row = backwards ? rows - 1 - k : k;
+    q_row = q.row(row);
+    dq_row = dq.row(row);
+    ddq_row = ddq.row(row);
+    evaluate(q_row, dq_row, ddq_row);
+  }
+}
 
 /// The mechanism's own independent coordinates of all states.
 struct States {
@@ -69,17 +80,12 @@ struct States {
 Contender balance_one_by_one(const PeerCase& subject) {
   const auto engine = std::make_shared<InverseDynamics>(subject.mechanism);
   const States states(subject.run, engine->independent());
-  return {"balance", [=, effort = VectorX(subject.run.torque.cols()), q = VectorX(), dq = VectorX(),
-                      ddq = VectorX()](bool backwards) mutable {
-            const Eigen::Index rows = states.q.rows();
-            for (Eigen::Index k = 0; k < rows; ++k) {
-              const Eigen::Index row = row_of(k, rows, backwards);
-              q = states.q.row(row);
-              dq = states.dq.row(row);
-              ddq = states.ddq.row(row);
-              if (engine->efforts(q, dq, ddq, effort).status != MotionStatus::done)
-                throw std::runtime_error("balance finds no efforts");
-            }
+  return {"balance", [=, effort = VectorX(subject.run.torque.cols())](bool backwards) mutable {
+            visit_states(states.q, states.dq, states.ddq, backwards,
+                         [&](const VectorX& q, const VectorX& dq, const VectorX& ddq) {
+                           if (engine->efforts(q, dq, ddq, effort).status != MotionStatus::done)
+                             throw std::runtime_error("balance finds no efforts");
+                         });
           }};
 }
 
@@ -93,7 +99,7 @@ Contender balance_simulate(const PeerCase& subject) {
 
 Contender peer_contender(const PeerCase& subject, const PeerLibrary& library) {
   const std::string name = library.name + " " + library.version;
-  if (!library.has_loops && !subject.tree.cut_joints.empty()) return {name, nullptr, "no loops"};
+  if (!library.can_model(subject.tree)) return {name, nullptr, "no loops"};
   std::shared_ptr<Peer> peer;
   std::shared_ptr<PeerEfforts> efforts;
   try {
@@ -105,16 +111,10 @@ Contender peer_contender(const PeerCase& subject, const PeerLibrary& library) {
   } catch (const std::exception&) {
     return {name, nullptr, "refuses it"};
   }
-  return {name, [=, &subject, x = VectorX(), dx = VectorX(), ddx = VectorX()](bool backwards) mutable {
-            (void)peer;  // kept alive
-            const Eigen::Index rows = subject.x.rows();
-            for (Eigen::Index k = 0; k < rows; ++k) {
-              const Eigen::Index row = row_of(k, rows, backwards);
-              x = subject.x.row(row);
-              dx = subject.dx.row(row);
-              ddx = subject.ddx.row(row);
-              efforts->compute(x, dx, ddx);
-            }
+  return {name, [peer, efforts, &subject](bool backwards) {  // the peer is kept alive
+            visit_states(
+                subject.x, subject.dx, subject.ddx, backwards,
+                [&](const VectorX& x, const VectorX& dx, const VectorX& ddx) { efforts->compute(x, dx, ddx); });
           }};
 }
 
@@ -133,17 +133,25 @@ void print_machine() {
              sets, __VERSION__, BALANCE_BUILD_TYPE);
 }
 
+void print_head(const std::vector<Contender>& contenders) {
+  fmt::print("| mechanism |");
+  for (const Contender& contender : contenders) fmt::print(" {} |", contender.name);
+  fmt::print("\n| --- |");
+  for (std::size_t k = 0; k < contenders.size(); ++k) fmt::print(" --- |");
+  fmt::print("\n");
+}
+
 void print_row(const PeerCase& subject, const std::vector<Contender>& contenders) {
   fmt::print("| {} |", subject.name);
   const auto states = static_cast<double>(subject.x.rows());
   for (const Contender& contender : contenders) {
-    const double time = 1e6 * contender.least / states;
+    const double time = 1e6 * contender.min_time / states;
     if (!contender.pass)
       fmt::print(" {} |", contender.why);
     else if (&contender == &contenders.front())
       fmt::print(" {:.3g} |", time);
     else
-      fmt::print(" {:.3g} ({:.2g}) |", time, contender.least / contenders.front().least);
+      fmt::print(" {:.3g} ({:.2g}) |", time, contender.min_time / contenders.front().min_time);
   }
   fmt::print("\n");
 }
@@ -152,7 +160,6 @@ void print_row(const PeerCase& subject, const std::vector<Contender>& contenders
 
 void print_times(const std::vector<PeerCase>& subjects, const std::vector<PeerLibrary>& libraries) {
   print_machine();
-  bool has_head = false;
   for (const PeerCase& subject : subjects) {
     std::vector<Contender> contenders = {balance_one_by_one(subject), balance_simulate(subject)};
     for (const PeerLibrary& library : libraries) contenders.push_back(peer_contender(subject, library));
@@ -160,17 +167,8 @@ void print_times(const std::vector<PeerCase>& subjects, const std::vector<PeerLi
       if (contender.pass) set_passes(contender);
     for (int round = 0; round < rounds; ++round)  // in turns: what slows the machine for a while slows all alike
       for (Contender& contender : contenders)
-        if (contender.pass) contender.least = std::min(contender.least, measure(contender) / contender.passes);
-    if (!has_head) {
-      fmt::print("| mechanism |");
-      for (const Contender& contender : contenders) fmt::print(" {} |", contender.name);
-      fmt::print("\n|{}\n", [&] {
-        std::string rule;
-        for (std::size_t k = 0; k <= contenders.size(); ++k) rule += " --- |";
-        return rule;
-      }());
-      has_head = true;
-    }
+        if (contender.pass) contender.min_time = std::min(contender.min_time, measure(contender) / contender.passes);
+    if (&subject == &subjects.front()) print_head(contenders);
     print_row(subject, contenders);
   }
 }

@@ -12,9 +12,9 @@ export function s(tag, attributes, ...children) {
 
 /** The smallest of 1, 2 or 5 times a power of ten that divides a range into at most so many parts. */
 export function roundStep(span, parts) {
-  const least = span / parts;
-  const power = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= least * (1 - 1e-9));
+  const minStep = span / parts;
+  const power = 10 ** Math.floor(Math.log10(minStep));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= minStep * (1 - 1e-9));
 }
 
 /** Round numbers within a range. */
@@ -37,7 +37,7 @@ export function withRoom(values, room = 0.06) {
 
 const letter = 6.4; // width of a digit [px]
 const below = 24, above = 10, beside = 14; // room for numbers under the frame, and for half of one over and beside it
-const apart = {x: 76, y: 30}; // least distance of numbers [px]
+const minSpacing = {x: 76, y: 30}; // of numbers [px]
 
 /**
  * The frame of a chart with its grid and numbers.
@@ -45,7 +45,7 @@ const apart = {x: 76, y: 30}; // least distance of numbers [px]
  * @return {grid, x, y}: elements, and the places of values in pixels
  */
 export function frame({width, height, range}) {
-  const parts = (axis, length) => Math.max(2, Math.floor(length / apart[axis]));
+  const parts = (axis, length) => Math.max(2, Math.floor(length / minSpacing[axis]));
   const rows = ticks(...range.y, parts("y", height - above - below));
   const left = 10 + letter * Math.max(...rows.map((v) => format(v).length));
   const columns = ticks(...range.x, parts("x", width - left - beside));
@@ -65,7 +65,7 @@ export function frame({width, height, range}) {
  * A chart that is drawn anew where its width changes, so that its letters stay as large as the page's.
  * @param draw (width, height) → SVG element
  */
-export function responsiveChart({xLabel, yLabel, most, ratio, draw}) {
+export function responsiveChart({xLabel, yLabel, maxWidth, ratio, draw}) {
   const box = h("div", {class: "drawing"});
   let drawn = 0;
   const redraw = (width) => {
@@ -73,7 +73,7 @@ export function responsiveChart({xLabel, yLabel, most, ratio, draw}) {
     drawn = width;
     box.replaceChildren(draw(width, Math.round(Math.max(170, ratio * width))));
   };
-  redraw(most);
-  sizeObserver(() => redraw(Math.min(Math.round(box.clientWidth), most))).observe(box);
+  redraw(maxWidth);
+  sizeObserver(() => redraw(Math.min(Math.round(box.clientWidth), maxWidth))).observe(box);
   return h("div", {class: "drawn-chart"}, h("p", {class: "axis-label"}, yLabel), box, h("p", {class: "axis-label across"}, xLabel));
 }

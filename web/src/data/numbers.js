@@ -73,10 +73,10 @@ export const withUnit = (value, unit, digits = 4) => withShownUnit(inShownUnit(v
 export const lengthText = (length) => (unitText("m") === "m" && length < 1 ? `${format(1000 * length)} mm` : withUnit(length, "m"));
 
 /** The largest 1, 2 or 5 times a power of ten of the unit that is shown that is not above a length [m]. */
-export function roundLength(most) {
+export function roundLength(maxLength) {
   const unit = shownUnit("m").value;
-  const power = 10 ** Math.floor(Math.log10(most / unit));
-  return unit * [5, 2, 1].map((f) => f * power).find((l) => l <= most / unit);
+  const power = 10 ** Math.floor(Math.log10(maxLength / unit));
+  return unit * [5, 2, 1].map((f) => f * power).find((l) => l <= maxLength / unit);
 }
 
 /** after / before as a reader's ratio; a quantity that vanished is 0. */

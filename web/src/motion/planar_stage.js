@@ -10,7 +10,7 @@ import {saveCanvas, saveText} from "../data/save.js";
 const colours = ["ink", "faint", "rule", "paper", "panel", "accent", "link", "link-edge", "weight", "disc", "com", "tool",
   "force", "payload", "gear", "load"];
 
-const margin = 44, leastHeight = 300; // [px]
+const margin = 44, minHeight = 300; // [px]
 
 export class PlanarStage {
   formats = ["png", "svg"];
@@ -66,7 +66,7 @@ export class PlanarStage {
     if (!this.view || width === 0) return;
     const {low, high} = this.view.bounds();
     const needed = 2 * margin + ((width - 2 * margin) * (high[1] - low[1])) / Math.max(high[0] - low[0], 1e-9);
-    this.element.style.maxHeight = `${Math.ceil(Math.max(needed, leastHeight))}px`;
+    this.element.style.maxHeight = `${Math.ceil(Math.max(needed, minHeight))}px`;
   }
 
   draw(sample = this.sample) {

@@ -37,7 +37,7 @@ function chart(adaptive, name, [from, to], units) {
   const shown = ([p, v]) => [inShownUnit(p, units[name]), inShownUnit(v, unit)];
   const courses = adaptive.numbers.map((n, i) => courseOf(n, i, adaptive, name, [from, to]).map(shown));
   const range = {x: [from, to].map((p) => inShownUnit(p, units[name])), y: withRoom(courses.flat().map(([, v]) => v))};
-  const picture = responsiveChart({xLabel: name + inBrackets(units[name]), yLabel: `Adapted number${inBrackets(unit)}`, most: width, ratio: 0.34,
+  const picture = responsiveChart({xLabel: name + inBrackets(units[name]), yLabel: `Adapted number${inBrackets(unit)}`, maxWidth: width, ratio: 0.34,
     draw: (wide, high) => {
       const {grid, x, y} = frame({width: wide, height: high, range});
       return s("svg", {viewBox: `0 0 ${wide} ${high}`, role: "img", class: "course",

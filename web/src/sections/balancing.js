@@ -100,9 +100,13 @@ function bounds(number) {
 export function designSection(data) {
   const design = data.design;
   if (!design) return null;
-  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "unit"}, unitText(data.number_units[n.path])),
-    h("td", {class: "number"}, formatIn(n.before, data.number_units[n.path])), h("td", {class: "number strong"}, formatIn(n.value, data.number_units[n.path], 6)), h("td", {class: "number"}, formatIn(n.lower, data.number_units[n.path])), h("td", {class: "range-cell"}, bounds(n)),
-    h("td", {class: "number"}, formatIn(n.upper, data.number_units[n.path])), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
+  const rows = design.free_numbers.map((n) => {
+    const unit = data.number_units[n.path];
+    const number = (value) => h("td", {class: "number"}, formatIn(value, unit));
+    return h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "unit"}, unitText(unit)), number(n.before),
+      h("td", {class: "number strong"}, formatIn(n.value, unit, 6)), number(n.lower), h("td", {class: "range-cell"}, bounds(n)), number(n.upper),
+      h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : ""));
+  });
   const objective = design.objective;
   const facts = [
     ["Moving mass", `${formatIn(design.mass.before, "kg")} → ${withUnit(design.mass.after, "kg")}`],

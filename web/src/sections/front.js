@@ -16,7 +16,7 @@ function chart(front, [across, up], drawn) {
   const {points, figures} = front;
   const values = (j) => points.map((p) => inShownUnit(p.values[j], figures[j].unit));
   const [xs, ys] = [values(across), values(up)];
-  return responsiveChart({xLabel: label(figures[across]), yLabel: label(figures[up]), most: width, ratio: 0.55, draw: (wide, high) => {
+  return responsiveChart({xLabel: label(figures[across]), yLabel: label(figures[up]), maxWidth: width, ratio: 0.55, draw: (wide, high) => {
     const {grid, x, y} = frame({width: wide, height: high, range: {x: withRoom(xs), y: withRoom(ys)}});
     const places = points.map((_, k) => [x(xs[k]), y(ys[k])]);
     const marks = places.map(([px, py], k) => s("g", {class: "front-point", role: "button", "data-point": k, transform: `translate(${px} ${py})`,

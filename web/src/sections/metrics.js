@@ -99,7 +99,7 @@ export function trajectoriesTable(data) {
       const m = find(run, q);
       return units[i] ? cell(m ? formatIn(m.peak, units[i]) : "–") : null;
     }), cell(formatIn(run.energy, "J"))));
-  const head = ["Trajectory", ...quantities.map((q, i) => units[i] && `${titleOf(effortName(q, units[i]))} [${unitText(units[i])}]`), `Energy moved${inBrackets("J")}`];
+  const head = ["Trajectory", ...quantities.map((q, i) => units[i] && titleOf(effortName(q, units[i])) + inBrackets(units[i])), `Energy moved${inBrackets("J")}`];
   return h("section", {class: "card", id: "trajectories"}, h("h2", {"data-short": "Trajectories"}, "Peaks of all trajectories"),
     h("div", {class: "table-box"}, h("table", {class: "metrics"}, h("caption", {}, "Largest magnitudes"),
       h("thead", {}, h("tr", {}, head.filter(Boolean).map((t, i) => h("th", {scope: "col", class: i ? "number" : ""}, t)))),

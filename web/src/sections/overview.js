@@ -35,16 +35,22 @@ function worst(run, quantity) {
   return new Map(list.map((m) => [m.unit, m]));
 }
 
-/** How well a controller follows: of the tool where there is one, and of the motors. */
-function trackingFigures(trajectory) {
-  return [["tool_error", "Peak tool error"], ["tracking_error", "Peak tracking error"]].flatMap(([quantity, name]) => {
+/** Peaks of quantities, one for each of their units, before and after a design where there are both. `note` is of a metric. */
+function peakFigures(trajectory, quantities, note) {
+  return quantities.flatMap(([quantity, name]) => {
     const [before, after] = ["before", "after"].map((key) => worst(trajectory?.[key], quantity));
-    return [...(after.size ? after : before).values()].map((m) => {
+    // The worst effort of all motors is called a torque, also where all of them push.
+    const peaks = [...(after.size ? after : before).values()].filter((m) => !(quantity === "torque" && m.unit === "N"));
+    return peaks.map((m) => {
       const was = after.size && before.get(m.unit);
-      return figure(name, was ? change(was.peak, m.peak, m.unit) : withUnit(m.peak, m.unit), `rms ${withUnit(m.rms, m.unit)}, along ${trajectory.name}`);
+      return figure(name, was ? change(was.peak, m.peak, m.unit) : withUnit(m.peak, m.unit), note(m));
     });
   });
 }
+
+/** How well a controller follows: of the tool where there is one, and of the motors. */
+const trackingFigures = (trajectory) => peakFigures(trajectory, [["tool_error", "Peak tool error"], ["tracking_error", "Peak tracking error"]],
+  (m) => `rms ${withUnit(m.rms, m.unit)}, along ${trajectory.name}`);
 
 export function figures(data) {
   const shown = [];
@@ -54,16 +60,7 @@ export function figures(data) {
   const trajectory = data.trajectories.find((t) => isDone(t.before) && (!t.after || isDone(t.after)))
     ?? data.trajectories.find((t) => isDone(t.before) || isDone(t.after));
   if (data.controller) shown.unshift(figure("Controller", data.controller.name, data.controller.type), ...trackingFigures(trajectory));
-  for (const [quantity, name] of [["torque", "Peak torque"], ["force", "Peak actuator force"], ["shaking_force", "Peak shaking force"],
-    ["shaking_moment", "Peak shaking moment"]]) {
-    const [before, after] = ["before", "after"].map((key) => worst(trajectory?.[key], quantity));
-    const any = after.size ? after : before;
-    for (const m of any.values()) {
-      // The worst effort of all motors is called a torque, also where all of them push.
-      if (quantity === "torque" && m.unit === "N") continue;
-      const was = after.size && before.get(m.unit);
-      shown.push(figure(name, was ? change(was.peak, m.peak, m.unit) : withUnit(m.peak, m.unit), `along ${trajectory.name}`));
-    }
-  }
+  shown.push(...peakFigures(trajectory, [["torque", "Peak torque"], ["force", "Peak actuator force"], ["shaking_force", "Peak shaking force"],
+    ["shaking_moment", "Peak shaking moment"]], () => `along ${trajectory.name}`));
   return h("dl", {class: "figures"}, shown);
 }

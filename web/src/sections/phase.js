@@ -25,6 +25,12 @@ function at(places, values, place) {
   return Number.isFinite(value) ? value : Infinity;
 }
 
+/** The columns of a phase plane, in this order. */
+const decoded = (plane) => ["place", "rate", "ceiling_place", "ceiling", "time"].map((k) => numbers(plane[k]));
+
+/** Of columns, which may be too long for Math.max. */
+const largest = (values) => values.reduce((max, v) => Math.max(max, v), 0);
+
 /** Runs of points below the top. */
 function pieces(places, values, top) {
   const all = [];
@@ -38,13 +44,11 @@ function pieces(places, values, top) {
   return all;
 }
 
-function picture(run, label) {
-  const {phase_plane: plane, found_law: law} = run;
-  const [place, rate, ceilingPlace, ceiling, time] = ["place", "rate", "ceiling_place", "ceiling", "time"].map((k) => numbers(plane[k]));
-  const top = headroom * rate.reduce((most, r) => Math.max(most, r), 0);
+function picture([place, rate, ceilingPlace, ceiling, time], law, label) {
+  const top = headroom * largest(rate);
   const between = (from, to) => [[from, at(time, rate, from)]].concat([...time].flatMap((t, k) => (t > from && t < to ? [[t, rate[k]]] : [])), [[to, at(time, rate, to)]])
     .map(([t, v]) => [at(time, place, t), v]);
-  return responsiveChart({xLabel: "fraction of the path covered", yLabel: "its rate [1/s]", most: width, ratio: 0.5, draw: (wide, high) => {
+  return responsiveChart({xLabel: "fraction of the path covered", yLabel: "its rate [1/s]", maxWidth: width, ratio: 0.5, draw: (wide, high) => {
     const {grid, x, y} = frame({width: wide, height: high, range: {x: [0, 1], y: [0, top]}});
     const path = (points, attributes) => s("path", {d: points.map(([a, b], i) => `${i ? "L" : "M"}${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join(""), ...attributes});
     const curves = law?.stretches.length ? law.stretches.map((one) => path(between(one.begin, one.end), {class: `law-line ${limitClass(law, one.limit)}`}))
@@ -55,14 +59,12 @@ function picture(run, label) {
   }});
 }
 
-function table(run) {
-  const {phase_plane: plane} = run;
-  const [place, rate, ceilingPlace, ceiling, time] = ["place", "rate", "ceiling_place", "ceiling", "time"].map((k) => numbers(plane[k]));
-  const smallest = [time, rate].map((values) => roundOff * values.reduce((most, v) => Math.max(most, v), 0));
+function table([place, rate, ceilingPlace, ceiling, time]) {
+  const zero = [time, rate].map((values) => roundOff * largest(values));
   const rows = Array.from({length: tableRows + 1}, (_, i) => i / tableRows).map((p) => {
     const most = ceiling.length ? at(ceilingPlace, ceiling, p) : NaN;
     return h("tr", {}, h("th", {scope: "row", class: "number"}, format(100 * p, 3)),
-      [at(place, time, p), at(place, rate, p)].map((v, j) => h("td", {class: "number"}, format(Math.abs(v) < smallest[j] ? 0 : v, 4))),
+      [at(place, time, p), at(place, rate, p)].map((v, j) => h("td", {class: "number"}, format(Math.abs(v) < zero[j] ? 0 : v, 4))),
       h("td", {class: "number"}, most === Infinity ? "any" : format(most, 4)));
   });
   return h("details", {class: "more", open: true}, h("summary", {}, "The same in numbers"),
@@ -74,8 +76,9 @@ function table(run) {
 /** Nothing for runs without limits. */
 export function phasePlane(run, key) {
   if (!run.phase_plane) return null;
+  const columns = decoded(run.phase_plane);
   const switches = run.found_law?.switches.length ?? 0;
   const label = `Phase plane${key ? `, ${key}` : ""}: the law's rate along the path, below the largest rate within the limits`;
-  return h("figure", {class: "law"}, h("div", {}, picture(run, label),
-    h("figcaption", {class: "note"}, `${label} (dashed)${switches ? "; rings are switches, colours those of the limits above" : ""}.`)), table(run));
+  return h("figure", {class: "law"}, h("div", {}, picture(columns, run.found_law, label),
+    h("figcaption", {class: "note"}, `${label} (dashed)${switches ? "; rings are switches, colours those of the limits above" : ""}.`)), table(columns));
 }

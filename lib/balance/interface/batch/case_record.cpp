@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 namespace balance {
 namespace {
@@ -45,31 +46,27 @@ Metric metric_of(const Json& json) {
   return metric;
 }
 
+/// Optional keys of a figure.
+constexpr std::array<std::pair<const char*, std::string EvaluatedFigure::*>, 5> figure_text_keys{
+    {{"unit", &EvaluatedFigure::unit},
+     {"word", &EvaluatedFigure::word},
+     {"reason", &EvaluatedFigure::reason},
+     {"mistake", &EvaluatedFigure::mistake},
+     {"name", &EvaluatedFigure::mistaken_name}}};
+
 EvaluatedFigure figure_of(const Json& json) {
   EvaluatedFigure figure;
   figure.text = json.at("figure");
   figure.value = read_number(json.at("value"));
-  const auto read = [&](const char* key, std::string& text) {
-    if (json.contains(key)) text = json.at(key);
-  };
-  read("unit", figure.unit);
-  read("word", figure.word);
-  read("reason", figure.reason);
-  read("mistake", figure.mistake);
-  read("name", figure.mistaken_name);
+  for (const auto& [key, text] : figure_text_keys)
+    if (json.contains(key)) figure.*text = json.at(key);
   return figure;
 }
 
 Json figure_json(const EvaluatedFigure& figure) {
   Json json = {{"figure", figure.text}, {"value", figure.value}};
-  const auto write = [&](const char* key, const std::string& text) {
-    if (!text.empty()) json[key] = text;
-  };
-  write("unit", figure.unit);
-  write("word", figure.word);
-  write("reason", figure.reason);
-  write("mistake", figure.mistake);
-  write("name", figure.mistaken_name);
+  for (const auto& [key, text] : figure_text_keys)
+    if (!(figure.*text).empty()) json[key] = figure.*text;
   return json;
 }
 

@@ -141,8 +141,10 @@ class CaseRun {
   void run_trajectory(CaseSubject& subject) {
     const Study& study = *subject.study;
     subject.trajectory = choose_trajectory(study);
-    if (is_final_) record_.trajectory = subject.trajectory->name;
-    if (is_final_) record_.samples = subject.trajectory->samples;
+    if (is_final_) {
+      record_.trajectory = subject.trajectory->name;
+      record_.samples = subject.trajectory->samples;
+    }
     subject.run = run_or_throw(study, *subject.trajectory);
     if (!is_final_) return;
     const std::vector<std::string>& notes = subject.run->outcome.notes;
@@ -175,13 +177,13 @@ class CaseRun {
     std::string unit;
     const auto evaluate_at = [&](double x) { return evaluate_solved_figure(i, x, unit) - solved.value; };
     const double at_lower = evaluate_at(solved.lower), at_upper = evaluate_at(solved.upper);
+    const std::string unit_text = unit.empty() ? "" : " " + unit;
     if (at_lower * at_upper > 0)
       throw CaseFailed(
           fmt::format("solve {0}: {1} is {2:.6g}{6} at {0} = {3:.6g} and {4:.6g}{6} at {0} = {5:.6g}: it "
                       "does not pass {7:.6g} between them",
                       solved.parameter, solved.figure.text, at_lower + solved.value, solved.lower,
-                      at_upper + solved.value, solved.upper, unit.empty() ? "" : " " + unit, solved.value));
-    const std::string unit_text = unit.empty() ? "" : " " + unit;
+                      at_upper + solved.value, solved.upper, unit_text, solved.value));
     if (at_lower == 0 && at_upper == 0)
       throw CaseFailed(
           fmt::format("solve {0}: {1} is {2:.6g}{3} at {0} = {4:.6g} and at {0} = {5:.6g}: it does not "
@@ -192,13 +194,11 @@ class CaseRun {
         find_bracketed_root(evaluate_at, solved.lower, solved.upper, at_lower, at_upper, relative_tolerance);
     // at a jump or a pole the sign changes, too, but no value is near the one asked for
     constexpr double residual_tolerance = 1e-6;  // relative to the bracket's ends
-    const double residual = evaluate_at(root);
+    const double residual = evaluate_at(root);   // leaves this parameter and those after it solved
     if (std::abs(residual) > residual_tolerance * std::max(std::abs(at_lower), std::abs(at_upper)))
       throw CaseFailed(fmt::format("solve {0}: {1} jumps past {2:.6g}{3} at {0} = {4:.6g}, where it is {5:.6g}{3}",
                                    solved.parameter, solved.figure.text, solved.value, unit_text, root,
                                    residual + solved.value));
-    set_solved(i, root);
-    solve_parameters(i + 1);
     record_.solved.clear();
     for (const FigureNumber& number : solved_numbers_) record_.solved.emplace_back(number.path, number.value);
   }
@@ -235,29 +235,30 @@ class CaseRun {
 
   // Cases without a motion.
 
+  /// A name that is none of the known ones. @param expected "a body of arm.yaml"
+  [[noreturn]] static void fail_unknown(const SourceLocation& location, const std::string& expected,
+                                        const std::string& name, const std::vector<std::string>& known) {
+    fail(location, {.expected = fmt::format("{} ({})", expected, join_alternatives(known)),
+                    .found = quote_for_message(name),
+                    .hint = format_nearest_name(name, known)});
+  }
+
+  [[noreturn]] static void fail(const SourceLocation& location, const specification::ErrorMessage& message) {
+    throw SpecError({location, message.text(), message.expected, message.found, message.hint});
+  }
+
   std::vector<FigurePoint> resolve_points(const Mechanism& mechanism) const {
     std::vector<FigurePoint> points;
     for (const CasePoint& point : suite_case_.points) {
       const SourceLocation location = suite_case_.location_of("points." + point.name);
-      const auto fail = [&](const std::string& expected, const std::string& name,
-                            const std::vector<std::string>& known) {
-        const specification::ErrorMessage message{
-            .expected = fmt::format("{} ({})", expected, join_alternatives(known)),
-            .found = quote_for_message(name),
-            .hint = format_nearest_name(name, known)};
-        throw SpecError({location, message.text(), message.expected, message.found, message.hint});
-      };
       std::vector<std::string> names;
       for (const Body& body : mechanism.bodies) names.push_back(body.name);
       const auto body = std::find(names.begin(), names.end(), point.body);
-      if (body == names.end()) fail("a body of " + spec_.path, point.body, names);
+      if (body == names.end()) fail_unknown(location, "a body of " + spec_.path, point.body, names);
       const std::size_t size = mechanism.space == SpaceKind::planar ? 2 : 3;
-      if (!point.position.empty() && point.position.size() != size) {
-        const specification::ErrorMessage message{
-            .expected = fmt::format("{} coordinates of a point of {}", size, spec_.path),
-            .found = fmt::format("a list of {}", point.position.size())};
-        throw SpecError({location, message.text(), message.expected, message.found});
-      }
+      if (!point.position.empty() && point.position.size() != size)
+        fail(location, {.expected = fmt::format("{} coordinates of a point of {}", size, spec_.path),
+                        .found = fmt::format("a list of {}", point.position.size())});
       FigurePoint resolved{point.name, static_cast<int>(body - names.begin()), Vector3::Zero()};
       const Body& carrier = mechanism.bodies[static_cast<std::size_t>(body - names.begin())];
       for (std::size_t k = 0; k < point.position.size(); ++k)
@@ -268,7 +269,7 @@ class CaseRun {
       } else if (!point.body_point.empty() && point.body_point != "origin" && point.body_point != "com") {
         std::vector<std::string> known_points{"origin", "com"};
         for (const NamedPoint& one : carrier.points) known_points.push_back(one.name);
-        fail("a point of " + carrier.name, point.body_point, known_points);
+        fail_unknown(location, "a point of " + carrier.name, point.body_point, known_points);
       }
       points.push_back(std::move(resolved));
     }
@@ -302,8 +303,7 @@ class CaseRun {
       if (at == "end") return find_end_configuration(study.mechanism, choose_trajectory(study));
       return solve_configuration(study.mechanism, read_pose(at, study));
     });
-    if (result.outcome.status != MotionStatus::done)
-      throw CaseFailed(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
+    require_done(result.outcome);
     return std::move(result.coordinates);
   }
 
@@ -395,11 +395,8 @@ class CaseRun {
   }
 
   [[noreturn]] void fail_choice(const char* what, const Study& study, const UnknownNameError& error) const {
-    const specification::ErrorMessage message{
-        .expected = fmt::format("a {} of {} ({})", what, study.spec_file, join_alternatives(error.known())),
-        .found = quote_for_message(error.name()),
-        .hint = format_nearest_name(error.name(), error.known())};
-    throw SpecError({suite_case_.location_of(what), message.text(), message.expected, message.found, message.hint});
+    fail_unknown(suite_case_.location_of(what), fmt::format("a {} of {}", what, study.spec_file), error.name(),
+                 error.known());
   }
 
   Trajectory choose_trajectory(const Study& study) const {
@@ -425,8 +422,7 @@ class CaseRun {
       RunResult result = suite_case_.controller.empty()
                              ? simulate(study.mechanism, trajectory)
                              : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study));
-      if (result.outcome.status != MotionStatus::done)
-        throw CaseFailed(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
+      require_done(result.outcome);
       return result;
     } catch (const std::invalid_argument& error) {
       // The spec requests something that the library rejects.

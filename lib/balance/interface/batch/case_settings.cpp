@@ -95,16 +95,8 @@ void read_solved_parameters(const SpecCursor& at, SuiteCase& suite_case, const R
   for (const Member& member : list_named_members(at, "solved parameters {name: {figure, equals, within}}")) {
     SolvedParameter solved;
     solved.parameter = member.name;
-    const auto read_figure = [&](const SpecCursor& c) {
-      const std::string expectation = "arithmetic of figures such as 'value(torque[Z], 0)'";
-      const std::string& text = c.read_word(expectation);
-      try {
-        solved.figure = parse_figure_expression(text, {{}, "", true});
-        if (solved.figure.figures.empty()) c.fail_expected(expectation);
-      } catch (const RequirementError& error) {
-        c.fail(
-            {.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
-      }
+    const auto read_solved_figure = [&](const SpecCursor& c) {
+      solved.figure = read_figure(c, {{}, "", true}, "arithmetic of figures such as 'value(torque[Z], 0)'");
     };
     const auto read_bracket = [&](const SpecCursor& c) {
       const std::vector<SpecCursor> items = c.items("the bracket of the parameter, [lower, upper]", 2);
@@ -113,7 +105,7 @@ void read_solved_parameters(const SpecCursor& at, SuiteCase& suite_case, const R
       if (!(solved.lower < solved.upper)) c.fail_expected("a bracket [lower, upper] with lower < upper");
     };
     if (!read_fields(member.value, "a solved parameter {figure, equals, within}",
-                     {{"figure", Presence::required, read_figure},
+                     {{"figure", Presence::required, read_solved_figure},
                       {"equals", Presence::required,
                        [&](const SpecCursor& c) { solved.value = read_constant(c, "the figure's value, a number"); }},
                       {"within", Presence::required, read_bracket}}))
@@ -135,8 +127,8 @@ void check_case(const SpecCursor& at, const SuiteCase& suite_case) {
     for (const auto& [name, value] : suite_case.overrides)
       fail_unless(name != solved.parameter,
                   fmt::format("'set' and 'solve' both give the parameter {}", quote_for_message(name)));
-  if (suite_case.kind == CaseKind::motion) return;
-  fail_unless(suite_case.controller.empty(), fmt::format("'{}' has no motion and so no 'controller'", kind));
+  fail_unless(suite_case.kind == CaseKind::motion || suite_case.controller.empty(),
+              fmt::format("'{}' has no motion and so no 'controller'", kind));
 }
 
 void check_case_keys(const SpecCursor& at, CaseKind kind) {

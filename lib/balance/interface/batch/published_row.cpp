@@ -39,23 +39,12 @@ double read_decimal(const SpecCursor& at, std::string& text) {
   return value;
 }
 
-FigureExpression read_figure(const SpecCursor& at, const RunNames& names) {
-  const std::string expectation = "arithmetic of figures such as '-value(joint_velocity[X], joint_position[A] = pi/3)'";
+/// Reads a text in the language of requirements.
+template <class Parser>
+auto read_parsed(const SpecCursor& at, const RunNames& names, const std::string& expectation, const Parser& parse) {
   const std::string& text = at.read_word(expectation);
   try {
-    FigureExpression figure = parse_figure_expression(text, names);
-    if (figure.figures.empty()) at.fail_expected(expectation);
-    return figure;
-  } catch (const RequirementError& error) {
-    at.fail({.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
-  }
-}
-
-SuiteRequirement read_proof(const SpecCursor& at, const RunNames& names, const std::string& file) {
-  const std::string expectation = "a requirement such as 'verdict() == proved-best'";
-  const std::string& text = at.read_word(expectation);
-  try {
-    return {parse_requirement(text, names), {file, at.node().place.line, at.node().place.column, at.path()}};
+    return parse(text, names);
   } catch (const RequirementError& error) {
     at.fail({.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
   }
@@ -100,6 +89,20 @@ void check_verdict(const SpecCursor& at, const PublishedRow& row, bool has_exact
 
 }  // namespace
 
+FigureExpression read_figure(const SpecCursor& at, const RunNames& names, const std::string& expectation) {
+  FigureExpression figure = read_parsed(at, names, expectation, parse_figure_expression);
+  if (figure.figures.empty()) at.fail_expected(expectation);
+  return figure;
+}
+
+Requirement read_requirement(const SpecCursor& at, const RunNames& names, const std::string& expectation) {
+  return read_parsed(at, names, expectation, parse_requirement);
+}
+
+SourceLocation locate(const SpecCursor& at, const std::string& file) {
+  return {file, at.node().place.line, at.node().place.column, at.path()};
+}
+
 double half_last_digit(const std::string& text) {
   const std::size_t exponent_mark = std::min(text.find_first_of("eE"), text.size());
   const std::size_t point = text.find('.');
@@ -118,9 +121,6 @@ double half_last_digit(const std::string& text) {
 
 PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file) {
   PublishedRow row;
-  const auto location_of = [&file](const SpecCursor& c) -> SourceLocation {
-    return {file, c.node().place.line, c.node().place.column, c.path()};
-  };
   std::string printed_text, exact_text, ignored;
   std::optional<double> tolerance;
   std::optional<SpecCursor> verdict;
@@ -131,7 +131,7 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
         [&](const SpecCursor& c) {
           row.unit = c.read_word("a unit");
           row.unit_value = read_unit_product(c);
-          row.unit_location = location_of(c);
+          row.unit_location = locate(c, file);
         }},
        {"printed", Presence::required, [&](const SpecCursor& c) { row.printed = read_decimal(c, printed_text); }},
        {"exact", Presence::optional, [&](const SpecCursor& c) { row.exact = read_decimal(c, exact_text); }},
@@ -142,8 +142,9 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
         }},
        {"figure", Presence::required,
         [&](const SpecCursor& c) {
-          row.figure = read_figure(c, names);
-          row.figure_location = location_of(c);
+          row.figure = read_figure(
+              c, names, "arithmetic of figures such as '-value(joint_velocity[X], joint_position[A] = pi/3)'");
+          row.figure_location = locate(c, file);
         }},
        {"verdict", Presence::required,
         [&](const SpecCursor& c) {
@@ -152,7 +153,9 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
           verdict = c;
         }},
        {"note", Presence::optional, [&](const SpecCursor& c) { row.note = c.read_word("a sentence"); }},
-       {"proof", Presence::optional, [&](const SpecCursor& c) { row.proof = read_proof(c, names, file); }}});
+       {"proof", Presence::optional, [&](const SpecCursor& c) {
+          row.proof = {read_requirement(c, names, "a requirement such as 'verdict() == proved-best'"), locate(c, file)};
+        }}});
   if (!is_complete) throw CascadingError();
   const bool has_exact = !exact_text.empty();
   if (!has_exact) row.exact = row.printed;

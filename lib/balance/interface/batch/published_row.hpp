@@ -75,6 +75,15 @@ namespace specification {
 /// @param has_proof whether the case has a requirement on its verdict
 PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file);
 
+/// Reads arithmetic with at least one figure. @param expectation "arithmetic of figures such as …"
+FigureExpression read_figure(const SpecCursor& at, const RunNames& names, const std::string& expectation);
+
+/// Reads one requirement. @param expectation "a requirement such as …"
+Requirement read_requirement(const SpecCursor& at, const RunNames& names, const std::string& expectation);
+
+/// "suite.yaml:4:7: cases.a.spec"
+SourceLocation locate(const SpecCursor& at, const std::string& file);
+
 /// Reads one entry of `waits`.
 WaitingRow read_waiting_row(const SpecCursor& at);
 

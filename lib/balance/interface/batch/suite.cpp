@@ -1,10 +1,9 @@
 #include "balance/interface/batch/suite.hpp"
 
-#include "balance/interface/batch/case_settings.hpp"
-
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/batch/case_settings.hpp"
 #include "balance/interface/specification/read_design.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
 #include "balance/interface/specification/text_file.hpp"
@@ -119,14 +118,8 @@ void read_cases(const SpecCursor& section, SuiteBuilder& builder) {
 std::vector<SuiteRequirement> read_requirements(const SpecCursor& at, const RunNames& names, SuiteBuilder& builder) {
   std::vector<SuiteRequirement> requirements;
   const auto read_one = [&](const SpecCursor& c) {
-    const std::string expectation = "a requirement such as 'peak(shaking_force) <= 0.9 * base'";
-    const std::string& text = c.read_word(expectation);
-    try {
-      requirements.push_back({parse_requirement(text, names), builder.place(c)});
-    } catch (const RequirementError& error) {
-      c.fail(
-          {.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
-    }
+    requirements.push_back(
+        {read_requirement(c, names, "a requirement such as 'peak(shaking_force) <= 0.9 * base'"), builder.place(c)});
   };
   if (!at.is_list()) {
     read_one(at);
@@ -373,9 +366,7 @@ bool is_case_name(const std::string& name) {
 
 bool is_case_name_start(char c) { return std::string_view("-.+=,").find(c) == std::string_view::npos; }
 
-SourceLocation SuiteBuilder::place(const SpecCursor& at) const {
-  return {file, at.node().place.line, at.node().place.column, at.path()};
-}
+SourceLocation SuiteBuilder::place(const SpecCursor& at) const { return locate(at, file); }
 
 void record_location(SuiteCase& suite_case, const std::string& key, const SourceLocation& place) {
   std::erase_if(suite_case.locations, [&](const auto& pair) { return pair.first == key; });

@@ -219,13 +219,13 @@ bool is_taken(const std::vector<std::string>& names, std::size_t run) {
 std::vector<std::string> make_run_names(const std::vector<RunLocation>& locations) {
   std::vector<std::vector<std::string>> candidates;
   std::vector<std::string> names;
-  std::size_t longest = 0;
+  std::size_t max_candidates = 0;
   for (const RunLocation& location : locations) {
     candidates.push_back(list_candidates(location));
     names.push_back(candidates.back().front());
-    longest = std::max(longest, candidates.back().size());
+    max_candidates = std::max(max_candidates, candidates.back().size());
   }
-  for (std::size_t length = 1; length < longest; ++length) {
+  for (std::size_t length = 1; length < max_candidates; ++length) {
     std::vector<std::string> longer = names;
     for (std::size_t run = 0; run < names.size(); ++run) {
       if (is_taken(names, run)) longer[run] = candidates[run][std::min(length, candidates[run].size() - 1)];

@@ -49,6 +49,10 @@ EvaluatedFigure value_or(double value, const std::string& unit, const std::strin
   return std::isfinite(value) ? make_value(value, unit) : make_reason(reason);
 }
 
+std::string describe_outside(double time, double begin, double end) {
+  return fmt::format("{:.6g} s is outside of the run, which lasts from {:.6g} to {:.6g} s", time, begin, end);
+}
+
 EvaluatedFigure read_statistic(FigureEvaluator& evaluator, const FigureReference& reference) {
   EvaluatedFigure figure;
   const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
@@ -90,9 +94,7 @@ EvaluatedFigure read_value(FigureEvaluator& evaluator, const FigureReference& re
   }
   const auto [value, gap] = curve.evaluate(time, reference.side);
   switch (gap) {
-    case SampledCurve::Gap::outside:
-      return make_reason(fmt::format("{:.6g} s is outside of the run, which lasts from {:.6g} to {:.6g} s", time,
-                                     curve.begin_time(), curve.end_time()));
+    case SampledCurve::Gap::outside: return make_reason(describe_outside(time, curve.begin_time(), curve.end_time()));
     case SampledCurve::Gap::jump:
       return make_reason(fmt::format("{} jumps at about {:.6g} s: add before or after", reference.quantity, time));
     case SampledCurve::Gap::none: break;
@@ -300,11 +302,16 @@ FigureEvaluator::FigureEvaluator(FigureSubject subject) : subject_(std::move(sub
   if (subject_.equations != nullptr) list_equation_quantities();
 }
 
+/// Whether there are samples of an array at all rows, not only at the recorded ones.
+bool FigureEvaluator::is_merged(Samples RunResult::*array) const {
+  const IntermediateSamples* between = subject_.run->intermediate.get();
+  return between == nullptr || (between->rows.*array).cols() == (subject_.run->*array).cols();
+}
+
 /// Columns of an array at all rows; only at the recorded ones if the intermediate samples lack them.
 Samples FigureEvaluator::merge(Samples RunResult::*array, int first, int count) const {
   const Samples& recorded = subject_.run->*array;
-  const IntermediateSamples* between = subject_.run->intermediate.get();
-  if (between == nullptr || (between->rows.*array).cols() != recorded.cols()) return recorded.middleCols(first, count);
+  if (subject_.run->intermediate == nullptr || !is_merged(array)) return recorded.middleCols(first, count);
   Samples merged(static_cast<Eigen::Index>(rows_.size()), count);
   for (std::size_t i = 0; i < rows_.size(); ++i)
     merged.row(static_cast<Eigen::Index>(i)) = (rows_[i].first->*array).row(rows_[i].second).segment(first, count);
@@ -323,8 +330,6 @@ void FigureEvaluator::list_run_quantities() {
     const std::vector<std::string>* owners = owner_names(quantity.columns, run);
     const std::size_t count = owners == nullptr ? 1 : owners->size();
     const int width = static_cast<int>(quantity.samples->cols()) / static_cast<int>(count);
-    const IntermediateSamples* between = run.intermediate.get();
-    const bool is_merged = between == nullptr || (between->rows.*quantity.member).cols() == quantity.samples->cols();
     for (std::size_t owner = 0; owner < count; ++owner) {
       const int first = static_cast<int>(owner) * width;
       const std::string& unit = quantity.unit_of(owner, count);
@@ -334,7 +339,7 @@ void FigureEvaluator::list_run_quantities() {
           {owners == nullptr ? quantity.name : effort_display_name(quantity.name, unit) + "[" + (*owners)[owner] + "]",
            unit == "1" ? "" : unit, component_names(kind, run),
            [this, member = quantity.member, first, width] { return merge(member, first, width); },
-           is_merged ? &times_ : &recorded_times_, std::move(round_off)});
+           is_merged(quantity.member) ? &times_ : &recorded_times_, std::move(round_off)});
     }
   }
 }
@@ -556,8 +561,7 @@ std::optional<double> FigureEvaluator::find_time(const FigureMoment& moment, Eva
     case Kind::time: {
       const double tolerance = 1e-9 * (end - begin);
       if (moment.time >= begin - tolerance && moment.time <= end + tolerance) return moment.time;
-      figure.reason =
-          fmt::format("{:.6g} s is outside of the run, which lasts from {:.6g} to {:.6g} s", moment.time, begin, end);
+      figure.reason = describe_outside(moment.time, begin, end);
       return std::nullopt;
     }
     default: break;

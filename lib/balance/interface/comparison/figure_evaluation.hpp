@@ -93,6 +93,7 @@ class FigureEvaluator {
                   std::function<VectorX(const std::vector<BodyMotion>&)> value);
   void add_constant(std::string name, const std::string& unit, double value);
   const std::vector<std::vector<BodyMotion>>& motions();
+  bool is_merged(Samples RunResult::*array) const;
   Samples merge(Samples RunResult::*array, int first, int count) const;
   const Quantity* find_quantity(const std::string& name, int& component, EvaluatedFigure& figure) const;
 

@@ -1,6 +1,7 @@
 #include "balance/interface/comparison/figure_parser.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
 #include "balance/foundation/expression/expression_parser.hpp"
 
 #include <fmt/format.h>
@@ -44,10 +45,7 @@ constexpr int max_crossing = 1'000'000;
 constexpr const char* moment_kinds =
     "a time in s, start, end, a condition such as joint_position[A] = pi/3, or peak, minimum or maximum of a quantity";
 
-std::string trim(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
-}
+std::string trimmed(const std::string& text) { return std::string(trim(text)); }
 
 }  // namespace
 
@@ -163,7 +161,7 @@ FigureScanner::Argument FigureScanner::take_argument() {
       if (c == ',' && depth == 0) break;
     }
   }
-  argument.text = trim(text_.substr(position_, argument.end - position_));
+  argument.text = trimmed(text_.substr(position_, argument.end - position_));
   position_ = argument.end;
   return argument;
 }
@@ -197,9 +195,10 @@ double FigureScanner::read_constant(const std::string& text, std::size_t offset,
     const double value = parse_expression(text, no_name).value();
     if (std::isfinite(value)) return value;
   } catch (const ExpressionError& error) {
-    fail(offset, fmt::format("expected {}, found {}: {}", expectation, quote_for_message(trim(text)), error.what()));
+    fail(offset, fmt::format("expected {}, found {}: {}", expectation, quote_for_message(trimmed(text)), error.what()));
   }
-  fail(offset, fmt::format("expected {}, found {}, which is not finite", expectation, quote_for_message(trim(text))));
+  fail(offset,
+       fmt::format("expected {}, found {}, which is not finite", expectation, quote_for_message(trimmed(text))));
 }
 
 /// `Q = 1.2 #2`. @param equals position of the sign
@@ -214,7 +213,7 @@ FigureMoment FigureScanner::read_crossing(const Argument& argument, std::size_t 
   std::size_t end = argument.end;
   const std::size_t number_sign = text_.find('#', equals);
   if (number_sign < end) {
-    const std::string digits = trim(text_.substr(number_sign + 1, end - number_sign - 1));
+    const std::string digits = trimmed(text_.substr(number_sign + 1, end - number_sign - 1));
     const auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), moment.crossing);
     if (error != std::errc() || rest != digits.data() + digits.size() || moment.crossing < 1 ||
         moment.crossing > max_crossing)
@@ -222,7 +221,7 @@ FigureMoment FigureScanner::read_crossing(const Argument& argument, std::size_t 
                                     quote_for_message(text_.substr(number_sign, end - number_sign))));
     end = number_sign;
   }
-  moment.level_text = trim(text_.substr(equals + 1, end - equals - 1));
+  moment.level_text = trimmed(text_.substr(equals + 1, end - equals - 1));
   moment.level = read_constant(moment.level_text, equals + 1, "a number after '='");
   return moment;
 }

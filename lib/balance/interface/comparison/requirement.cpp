@@ -159,6 +159,12 @@ double evaluate(const FigureExpression& side, const std::vector<MetricTable>& ta
                         : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::vector<specification::RequirementToken> tokenise(const std::string& text, const RunNames& runs) {
+  if (text.size() > max_expression_length)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
+  return specification::tokenise_requirement(text, runs);
+}
+
 bool combine_comparisons(const Requirement& requirement, const std::vector<JudgedComparison>& judged) {
   std::vector<bool> stack;
   for (const Requirement::PostfixStep& step : requirement.steps) {
@@ -194,10 +200,7 @@ std::vector<std::string> Requirement::named_runs() const {
 }
 
 Requirement parse_requirement(const std::string& text, const RunNames& runs) {
-  if (text.size() > max_expression_length)
-    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
-  Requirement requirement =
-      specification::parse_requirement_tokens(specification::tokenise_requirement(text, runs), text, runs);
+  Requirement requirement = specification::parse_requirement_tokens(tokenise(text, runs), text, runs);
   for (const RequirementComparison& comparison : requirement.comparisons) {
     check_arithmetic(comparison.left, comparison.column);
     if (comparison.word.empty()) check_arithmetic(comparison.right, comparison.column);
@@ -206,10 +209,7 @@ Requirement parse_requirement(const std::string& text, const RunNames& runs) {
 }
 
 FigureExpression parse_figure_expression(const std::string& text, const RunNames& runs) {
-  if (text.size() > max_expression_length)
-    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
-  FigureExpression expression =
-      specification::parse_expression_tokens(specification::tokenise_requirement(text, runs), text, runs);
+  FigureExpression expression = specification::parse_expression_tokens(tokenise(text, runs), text, runs);
   check_arithmetic(expression, 1);
   return expression;
 }

@@ -314,17 +314,17 @@ class RequirementLexer : FigureScanner {
   /// Length of the longest run name at the current position; 0 if there is none. A number is a number even if a run has
   /// that name.
   std::size_t run_length() const {
-    std::size_t longest = 0;
+    std::size_t max_length = 0;
     for (const std::string& name : names_) {
       const std::size_t end = position_ + name.size();
-      if (name.size() <= longest || !starts_with(name)) continue;
+      if (name.size() <= max_length || !starts_with(name)) continue;
       if (end < text_.size() && is_name_byte(name.back()) && is_name_byte(text_[end])) continue;
       if (number_length() >= name.size()) continue;
       const std::size_t after = text_.find_first_not_of(" \t", end);
       if (after != std::string::npos && text_[after] == '(' && is_function_name(name)) continue;
-      longest = name.size();
+      max_length = name.size();
     }
-    return longest;
+    return max_length;
   }
 
   static bool is_function_name(const std::string& name) {

@@ -112,21 +112,19 @@ std::vector<std::pair<std::string, Difference>> list_differences(const RunResult
 namespace {
 
 constexpr double sample_time_tolerance = 1e-9;  // of the whole time
-constexpr Eigen::Index stencil_size = 4;        // number of samples that an interpolated value uses
 
 }  // namespace
 
 SampleInterpolant::SampleInterpolant(VectorX time, const Samples& samples, int first, int count)
-    : time_(std::move(time)), samples_(samples), first_(first), count_(count) {
-  find_jumps();
+    : time_(std::move(time)),
+      samples_(samples),
+      first_(first),
+      count_(count),
+      piece_begins_(find_piece_begins(time_, samples_, first_, count_, 0, time_.size())) {
+  piece_begins_.push_back(time_.size());
 }
 
 VectorX SampleInterpolant::row(Eigen::Index k) const { return samples_.row(k).segment(first_, count_).transpose(); }
-
-void SampleInterpolant::find_jumps() {
-  piece_begins_ = find_piece_begins(time_, samples_, first_, count_, 0, time_.size());
-  piece_begins_.push_back(time_.size());
-}
 
 std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
   const Eigen::Index n = time_.size();
@@ -139,17 +137,7 @@ std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
   if (k == 0) return std::nullopt;
   const auto end = std::upper_bound(piece_begins_.begin(), piece_begins_.end(), k - 1);
   if (*end == k) return std::nullopt;  // the later of the two samples begins a piece
-  const Eigen::Index points = std::min(stencil_size, *end - *(end - 1));
-  const Eigen::Index from = std::clamp(k - points / 2, *(end - 1), *end - points);
-  VectorX value = VectorX::Zero(count_);
-  for (Eigen::Index i = from; i < from + points; ++i) {
-    double weight = 1;  // Lagrange weight
-    for (Eigen::Index j = from; j < from + points; ++j) {
-      if (j != i) weight *= (time - time_[j]) / (time_[i] - time_[j]);
-    }
-    value += weight * row(i);
-  }
-  return value;
+  return interpolate_step(time_, samples_.middleCols(first_, count_), *(end - 1), *end, k).value_at_time(time);
 }
 
 std::vector<QuantitySeries> list_series(const RunResult& result) {

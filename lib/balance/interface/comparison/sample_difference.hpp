@@ -40,7 +40,6 @@ class SampleInterpolant {
 
  private:
   VectorX row(Eigen::Index k) const;
-  void find_jumps();
 
   VectorX time_;
   const Samples& samples_;

@@ -1,8 +1,9 @@
 #include "balance/interface/comparison/sampled_curve.hpp"
 
+#include "balance/foundation/numerics/bracketed_root.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace balance {
 namespace {
@@ -13,21 +14,7 @@ constexpr double time_tolerance = 1e-9;         // of the whole time: a sample i
 constexpr double touch_tolerance = 1e-9;        // of the largest sample: a level is touched, not missed by round-off
 constexpr Eigen::Index curve_stencil_size = 4;  // number of samples that an interpolated value uses
 constexpr int vector_subdivision = 8;           // parts of a step in which a magnitude is searched for crossings
-
-/// A root of f between a and b, whose signs there differ, to the last digit of the position.
-double bisect(const std::function<double(double)>& f, double a, double b, double fa) {
-  for (int i = 0; i < 200; ++i) {
-    const double middle = (a + b) / 2;
-    if (middle <= std::min(a, b) || middle >= std::max(a, b)) break;
-    const double fm = f(middle);
-    if (fm == 0) return middle;
-    if ((fm < 0) == (fa < 0))
-      a = middle, fa = fm;
-    else
-      b = middle;
-  }
-  return (a + b) / 2;
-}
+constexpr double root_tolerance = 0;            // relative to a root's position: to its last digits
 
 }  // namespace
 
@@ -87,25 +74,23 @@ SampledCurve::SampledCurve(VectorX time, Samples samples) {
   piece_begins_.push_back(count);
 }
 
-VectorX SampledCurve::StepPolynomial::value(double s) const {
+VectorX StepPolynomial::value(double s) const {
   return coefficients.transpose() * Eigen::Vector4d(1, s, s * s, s * s * s);
 }
 
-VectorX SampledCurve::StepPolynomial::slope(double s) const {
+VectorX StepPolynomial::slope(double s) const {
   return coefficients.transpose() * Eigen::Vector4d(0, 1, 2 * s, 3 * s * s);
 }
 
-/// The polynomial of the step from row k − 1 to row k of a piece, by Newton's divided differences.
-/// @param shift of the rows that it passes through, as far as the piece goes
-SampledCurve::StepPolynomial SampledCurve::polynomial(std::size_t piece, Eigen::Index k, Eigen::Index shift) const {
-  const Eigen::Index begin = piece_begins_[piece], end = piece_end(piece),
-                     points = std::min(curve_stencil_size, end - begin);
+StepPolynomial interpolate_step(const VectorX& time, const Eigen::Ref<const Samples>& samples, Eigen::Index begin,
+                                Eigen::Index end, Eigen::Index k, Eigen::Index shift) {
+  const Eigen::Index points = std::min(curve_stencil_size, end - begin);
   const Eigen::Index nearest = std::clamp(k - points / 2, begin, end - points),
                      from = std::clamp(nearest + shift, begin, end - points);
-  StepPolynomial p{Eigen::Matrix<double, 4, Eigen::Dynamic>::Zero(4, samples_.cols()), time_[k - 1],
-                   time_[k] - time_[k - 1]};
-  const auto place = [&](Eigen::Index i) { return (time_[from + i] - p.begin) / p.length; };
-  MatrixX differences = samples_.middleRows(from, points);
+  StepPolynomial p{Eigen::Matrix<double, 4, Eigen::Dynamic>::Zero(4, samples.cols()), time[k - 1],
+                   time[k] - time[k - 1]};
+  const auto place = [&](Eigen::Index i) { return (time[from + i] - p.begin) / p.length; };
+  MatrixX differences = samples.middleRows(from, points);
   for (Eigen::Index order = 1; order < points; ++order)
     for (Eigen::Index i = points - 1; i >= order; --i)
       differences.row(i) = (differences.row(i) - differences.row(i - 1)) / (place(i) - place(i - order));
@@ -122,8 +107,7 @@ SampledCurve::StepPolynomial SampledCurve::polynomial(std::size_t piece, Eigen::
 VectorX SampledCurve::extrapolate(std::size_t piece, double time) const {
   const Eigen::Index begin = piece_begins_[piece], end = piece_end(piece);
   if (end - begin == 1) return samples_.row(begin).transpose();
-  const StepPolynomial p = polynomial(piece, time < time_[begin] ? begin + 1 : end - 1);
-  return p.value((time - p.begin) / p.length);
+  return polynomial(piece, time < time_[begin] ? begin + 1 : end - 1).value_at_time(time);
 }
 
 std::pair<double, SampledCurve::Gap> SampledCurve::evaluate(double time, JumpSide side) const {
@@ -142,8 +126,7 @@ std::pair<double, SampledCurve::Gap> SampledCurve::evaluate(double time, JumpSid
   const auto next = std::lower_bound(time_.begin() + begin, time_.begin() + end, time - tolerance);
   const Eigen::Index k = next - time_.begin();
   if (std::abs(time_[k] - time) <= tolerance) return {values_[static_cast<std::size_t>(k)], Gap::none};
-  const StepPolynomial p = polynomial(last, k);
-  return {scalar_of(p.value((time - p.begin) / p.length)), Gap::none};
+  return {scalar_of(polynomial(last, k).value_at_time(time)), Gap::none};
 }
 
 /// Places within a step, from 0 to 1, between which the curve is monotonic: of a vector's magnitude, a fine division.
@@ -189,8 +172,7 @@ std::vector<double> SampledCurve::find_crossings(double level) const {
     std::vector<Place> places{{time_[begin], values_[static_cast<std::size_t>(begin)] - level, 0}};
     std::vector<StepPolynomial> polynomials;
     const auto distance = [&](std::size_t i, double time) {
-      const StepPolynomial& p = polynomials[i];
-      return scalar_of(p.value((time - p.begin) / p.length)) - level;
+      return scalar_of(polynomials[i].value_at_time(time)) - level;
     };
     for (Eigen::Index k = begin + 1; k < piece_end(piece); ++k) {
       const std::size_t i = polynomials.size();
@@ -208,8 +190,8 @@ std::vector<double> SampledCurve::find_crossings(double level) const {
     const auto is_on_level = [&](std::size_t i) { return std::abs(places[i].distance) <= touch_tolerance * largest; };
     const auto find_root = [&](std::size_t i) -> std::optional<double> {  // between places i − 1 and i
       if (!(places[i - 1].distance * places[i].distance < 0)) return std::nullopt;
-      return bisect([&](double time) { return distance(places[i].polynomial, time); }, places[i - 1].time,
-                    places[i].time, places[i - 1].distance);
+      return find_bracketed_root([&](double time) { return distance(places[i].polynomial, time); }, places[i - 1].time,
+                                 places[i].time, places[i - 1].distance, places[i].distance, root_tolerance);
     };
     for (std::size_t i = 0; i < places.size(); ++i) {
       std::optional<double> crossing;
@@ -234,7 +216,7 @@ std::optional<double> SampledCurve::find_interior_extremum(const StepPolynomial&
   const auto slope = [&](double s) { return sign * (is_scalar() ? p.slope(s)[0] : p.value(s).dot(p.slope(s))); };
   const double first = slope(0), last = slope(1);
   if (!(first > 0 && last < 0)) return std::nullopt;
-  return bisect(slope, 0, 1, first);
+  return find_bracketed_root(slope, 0, 1, first, last, root_tolerance);
 }
 
 double SampledCurve::find_extremum(Extremum extremum) const {

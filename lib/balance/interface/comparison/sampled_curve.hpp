@@ -19,6 +19,24 @@ enum class JumpSide { any, before, after };
 std::vector<Eigen::Index> find_piece_begins(const VectorX& time, const Samples& samples, int first, int count,
                                             Eigen::Index begin, Eigen::Index end);
 
+/// The polynomial of a step between two samples, in the time since the first of them divided by the step's length: a row
+/// per power.
+struct StepPolynomial {
+  Eigen::Matrix<double, 4, Eigen::Dynamic> coefficients;
+  double begin = 0, length = 1;
+
+  VectorX value(double s) const;
+  VectorX slope(double s) const;
+  VectorX value_at_time(double time) const { return value((time - begin) / length); }
+};
+
+/// The polynomial of the step from row k − 1 to row k through the four nearest rows among [begin, end), or through all
+/// of them if they are fewer, by Newton's divided differences.
+/// @param time strictly ascending within the rows
+/// @param shift of the rows that it passes through, as far as [begin, end) goes
+StepPolynomial interpolate_step(const VectorX& time, const Eigen::Ref<const Samples>& samples, Eigen::Index begin,
+                                Eigen::Index end, Eigen::Index k, Eigen::Index shift = 0);
+
 /// A scalar, or a vector whose magnitude counts. Between samples it is the polynomial through the four nearest samples
 /// of the same piece; pieces end at jumps. Two rows of equal time are both sides of a jump; where the samples have only
 /// one row, a jump is recognised by its steepness and its place within the step is unknown.
@@ -54,15 +72,9 @@ class SampledCurve {
   double find_extremum(Extremum extremum) const;
 
  private:
-  /// The polynomial of a step, in the time since the step's first sample divided by its length: a row per power.
-  struct StepPolynomial {
-    Eigen::Matrix<double, 4, Eigen::Dynamic> coefficients;
-    double begin = 0, length = 1;
-
-    VectorX value(double s) const;
-    VectorX slope(double s) const;
-  };
-  StepPolynomial polynomial(std::size_t piece, Eigen::Index k, Eigen::Index shift = 0) const;
+  StepPolynomial polynomial(std::size_t piece, Eigen::Index k, Eigen::Index shift = 0) const {
+    return interpolate_step(time_, samples_, piece_begins_[piece], piece_end(piece), k, shift);
+  }
   bool is_beyond_error(std::size_t piece, Eigen::Index k, double s, const StepPolynomial& polynomial,
                        double distance) const;
   VectorX extrapolate(std::size_t piece, double time) const;

@@ -63,9 +63,6 @@ std::string format_value(const std::vector<double>& value, const DisplayUnit& un
   return text;
 }
 
-/// Of a table whose rows have a unit each; "1" for those without.
-std::string unit_cell(const DisplayUnit& unit) { return unit.name.empty() ? "1" : unit.name; }
-
 }  // namespace
 
 std::vector<StateEntry> list_state_entries(const RunResult& result) {
@@ -275,7 +272,7 @@ bool is_trivial(const Metric& metric) {
 std::string metrics_table(const RunResult& result, const TextOptions& options) {
   const DisplayUnit time = find_display_unit("s", options.units);
   TextTable table;
-  table.heading = {"quantity", "unit", "peak", "at time [" + time.name + "]", "rms", "mean"};
+  table.heading = {"quantity", "unit", "peak", "at time" + bracket_unit(time), "rms", "mean"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
   table.key_columns = 2;
   for (const Metric& metric : result.metrics) {

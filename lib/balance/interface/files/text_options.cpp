@@ -72,6 +72,8 @@ bool has_other_units(const SpecUnits& units) {
 
 std::string bracket_unit(const DisplayUnit& unit) { return unit.name.empty() ? "" : " [" + unit.name + "]"; }
 
+std::string unit_cell(const DisplayUnit& unit) { return unit.name.empty() ? "1" : unit.name; }
+
 std::string append_unit(const DisplayUnit& unit) { return unit.name.empty() ? "" : " " + unit.name; }
 
 }  // namespace balance

@@ -49,6 +49,9 @@ bool has_other_units(const SpecUnits& units);
 /// " [mm]" for a heading or a label; "" for a number without unit.
 std::string bracket_unit(const DisplayUnit& unit);
 
+/// "mm" in a table whose rows have a unit each; "1" for a number without unit.
+std::string unit_cell(const DisplayUnit& unit);
+
 /// " mm" after a number; "" for a number without unit.
 std::string append_unit(const DisplayUnit& unit);
 

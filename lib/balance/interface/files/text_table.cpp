@@ -149,23 +149,23 @@ std::size_t find_cell_blank(const std::string& text, std::size_t fitting) {
 }
 
 /// Width of the longest part that wrap_cell keeps whole as long as there is space for it.
-std::size_t longest_word(const std::string& text) {
-  std::size_t longest = 0, begin = 0;
+std::size_t max_word_width(const std::string& text) {
+  std::size_t max_width = 0, begin = 0;
   int depth = 0;
   for (std::size_t at = 0; at <= text.size(); ++at) {
     if (at < text.size()) depth += text[at] == '[' ? 1 : text[at] == ']' ? -1 : 0;
     if (at < text.size() && (text[at] != ' ' || depth != 0)) continue;
-    longest = std::max(longest, width_of(text.substr(begin, at - begin)));
+    max_width = std::max(max_width, width_of(text.substr(begin, at - begin)));
     begin = at + 1;
   }
-  return longest;
+  return max_width;
 }
 
 /// Rows of a table whose cells may have several lines. A name too long for the first column has a line of its own.
 std::string format_row(std::vector<std::string> cells, const TextTable& table, const std::vector<std::size_t>& columns,
                        const Widths& widths, std::size_t width) {
   std::string text;
-  if (table.align[0] == Align::left && longest_word(cells[0]) > widths[0]) {
+  if (table.align[0] == Align::left && max_word_width(cells[0]) > widths[0]) {
     for (const std::string& line : wrap_cell(cells[0], width)) text += line + "\n";
     cells[0].clear();
     if (std::all_of(columns.begin(), columns.end(), [&](std::size_t i) { return cells[i].empty(); })) return text;
@@ -209,7 +209,7 @@ enum class Shrinking {
 };
 
 struct TableWidths {
-  Widths natural, least;
+  Widths natural, minimum;
 };
 
 TableWidths measure(const TextTable& table, Shrinking shrinking) {
@@ -220,7 +220,7 @@ TableWidths measure(const TextTable& table, Shrinking shrinking) {
       throw std::invalid_argument("a row of the table has a wrong number of cells");
     for (std::size_t i = 0; i < row.size(); ++i) {
       widths.natural[i] = std::max(widths.natural[i], width_of(row[i]));
-      word[i] = std::max(word[i], longest_word(row[i]));
+      word[i] = std::max(word[i], max_word_width(row[i]));
     }
   }
   for (std::size_t i = 0; i < table.heading.size(); ++i) {
@@ -232,9 +232,9 @@ TableWidths measure(const TextTable& table, Shrinking shrinking) {
                               : is_broken                    ? std::min(word[i], min_text_columns)
                               : is_remark                    ? word[i]
                                                              : std::max(word[i], min_text_columns);
-    widths.least[i] = std::max(cells, longest_word(table.heading[i]));
+    widths.minimum[i] = std::max(cells, max_word_width(table.heading[i]));
     widths.natural[i] = std::max(widths.natural[i], width_of(table.heading[i]));
-    widths.least[i] = std::min(widths.least[i], widths.natural[i]);
+    widths.minimum[i] = std::min(widths.minimum[i], widths.natural[i]);
   }
   return widths;
 }
@@ -245,7 +245,7 @@ Widths shrink_texts(const TableWidths& table, const std::vector<std::size_t>& co
   while (sum_widths(columns, widths) > width) {
     std::size_t widest = widths.size();
     for (const std::size_t i : columns)
-      if (widths[i] > table.least[i] && (widest == widths.size() || widths[i] > widths[widest])) widest = i;
+      if (widths[i] > table.minimum[i] && (widest == widths.size() || widths[i] > widths[widest])) widest = i;
     if (widest == widths.size()) break;
     --widths[widest];
   }

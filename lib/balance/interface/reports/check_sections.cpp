@@ -160,8 +160,8 @@ std::string wrap_flow_mapping(const std::string& begin, const std::string& mappi
   std::string text, line = begin;
   bool is_begun = false;
   for (const std::string& pair : pairs) {
-    const std::size_t blanks = pair.size() - 1 - std::min(pair.find_last_not_of(' '), pair.size() - 1);
-    if (is_begun && line.size() + pair.size() - blanks > width) {
+    const std::size_t printed_size = pair.find_last_not_of(' ') + 1;  // a blank at the end of a line is not printed
+    if (is_begun && line.size() + printed_size > width) {
       text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
       line = std::string(indent, ' ') + pair.substr(pair.find_first_not_of(' '));
     } else {
@@ -232,8 +232,8 @@ std::string trajectory_text(const TrajectoryVerification& run, const TextOptions
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right};
   for (const QuantityDifference& d : run.differences) {
     const DisplayUnit unit = find_display_unit(d.unit, options.units);
-    table.rows.push_back({d.quantity, unit.name.empty() ? d.unit : unit.name,
-                          fmt::format("{:.2e}", unit.convert(d.difference)), format_number(time.convert(d.time)),
+    table.rows.push_back({d.quantity, unit_cell(unit), fmt::format("{:.2e}", unit.convert(d.difference)),
+                          format_number(time.convert(d.time)),
                           fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
   }
   const std::string tolerance_note =

@@ -154,9 +154,9 @@ constexpr std::size_t max_path_width = 24;                   ///< longer paths a
 
 /// Columns that the text of a condition may have beside the others.
 std::size_t condition_width(const ConditionsReportData& view, std::size_t width) {
-  std::size_t others = number_width + residual_width + 4, longest_path = 0;
-  for (const FreeNumber& number : view.numbers) longest_path = std::max(longest_path, number.key_path.size());
-  if (!view.numbers.empty()) others += 2 + std::clamp<std::size_t>(longest_path, 12, max_path_width);
+  std::size_t others = number_width + residual_width + 4, max_path_size = 0;
+  for (const FreeNumber& number : view.numbers) max_path_size = std::max(max_path_size, number.key_path.size());
+  if (!view.numbers.empty()) others += 2 + std::clamp<std::size_t>(max_path_size, 12, max_path_width);
   return width > others + min_condition_width ? width - others : min_condition_width;
 }
 

@@ -596,8 +596,8 @@ std::string reasons(const DesignReportData& view, const SpecUnits& units) {
   const std::string proved = proof ? statement_text(*proof, outcome.conditions.parameters, units) : "";
   sentences.add(proof && outcome.reason == proof->statement ? proved : outcome.reason);
   sentences.add(proved);
-  if (view.report.outcome.status == DesignStatus::infeasible)
-    sentences.add(view.report.outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
+  if (outcome.status == DesignStatus::infeasible)
+    sentences.add(outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
   return sentences.text() + objective_line(view, units) + limits_text(view, units) +
          format_optional_elements(view.report) + optimality_line(view, units) + freedom_line(view);
 }

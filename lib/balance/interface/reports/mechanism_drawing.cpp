@@ -123,6 +123,18 @@ double rolling_radius(const Mechanism& mechanism, std::size_t joint) {
   return 0;
 }
 
+/// Whether all points are one.
+bool are_coincident(const std::vector<Vector3>& points, const Mechanism& mechanism) {
+  const double tolerance = coincidence_tolerance * characteristic_length(mechanism);
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vector3& p) { return (p - points[0]).norm() < tolerance; });
+}
+
+/// Radius of the solid disc with this mass and moment of inertia about its axis; 0 without either.
+double solid_disc_radius(double mass, double axial_inertia) {
+  return mass > 0 && axial_inertia > 0 ? std::sqrt(2 * axial_inertia / mass) : 0;
+}
+
 /// Points of a body that make its outline: named ones, those of its joints and the tool. A body with a single one also
 /// has its centre of mass.
 std::vector<Vector3> outline_points(const Mechanism& mechanism, BodyId body) {
@@ -134,11 +146,7 @@ std::vector<Vector3> outline_points(const Mechanism& mechanism, BodyId body) {
     if (joint.second == body) points.push_back(joint.point_second);
   }
   if (mechanism.tool && mechanism.tool->body == body) points.push_back(mechanism.tool->position);
-  const double near = coincidence_tolerance * characteristic_length(mechanism);
-  const auto is_single = [&] {
-    return std::all_of(points.begin(), points.end(), [&](const Vector3& p) { return (p - points[0]).norm() < near; });
-  };
-  if (!points.empty() && is_single()) points.push_back(own.com);
+  if (!points.empty() && are_coincident(points, mechanism)) points.push_back(own.com);
   return points;
 }
 
@@ -151,14 +159,11 @@ struct Rotor {
 Rotor rotor_of(const Mechanism& mechanism, BodyId body) {
   const Body& own = mechanism.bodies[static_cast<std::size_t>(body)];
   const std::vector<Vector3> points = outline_points(mechanism, body);
-  const double near = coincidence_tolerance * characteristic_length(mechanism);
-  const bool is_one =
-      std::all_of(points.begin(), points.end(), [&](const Vector3& p) { return (p - points[0]).norm() < near; });
-  if (points.empty() || !is_one || own.mass <= 0) return {};
+  if (points.empty() || !are_coincident(points, mechanism) || own.mass <= 0) return {};
   Vector3 axis = Vector3::UnitZ();
   for (const Joint& joint : mechanism.joints)
     if (joint.type == JointType::revolute && joint.second == body) axis = joint.rotation.transpose() * joint.axis;
-  const double solid = std::sqrt(std::max(2 * axis.dot(own.inertia * axis) / own.mass, 0.0));
+  const double solid = solid_disc_radius(own.mass, axis.dot(own.inertia * axis));
   return {points[0], axis, std::min(solid, max_rotor_radius * characteristic_length(mechanism))};
 }
 
@@ -353,8 +358,8 @@ class PoseDrawer {
   }
 
   void draw_disc(const Disc& disc) {
-    const double length = characteristic_length(mechanism_), axial = disc.axis.dot(disc.inertia * disc.axis);
-    const double solid = disc.mass > 0 && axial > 0 ? std::sqrt(2 * axial / disc.mass) : 0;
+    const double length = characteristic_length(mechanism_);
+    const double solid = solid_disc_radius(disc.mass, disc.axis.dot(disc.inertia * disc.axis));
     const double radius = std::clamp(solid, 0.06 * length, 0.35 * length);
     const Vector3 centre = frames_.point(disc.body, disc.position);
     const VectorX coordinates = result_.joint_position.row(row_).transpose();

@@ -32,7 +32,7 @@ const std::vector<std::string>& list_projections();
 Projection projection_by_name(const std::string& name);
 
 /// Role of an outline in the drawing. They are drawn in this order, so that joints lie upon links.
-enum class DrawingPart { ground, guide, spring, link, disc, mass, slider, axis, joint, tool };
+enum class DrawingPart { ground, spring, link, disc, mass, slider, axis, joint, tool };
 
 /// A line, or the border of an area, of one part.
 struct Outline {

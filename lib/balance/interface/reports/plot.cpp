@@ -236,7 +236,6 @@ Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
 
 namespace {
 
-constexpr std::size_t max_points_per_line = 4000;  // more than a page resolves
 constexpr std::size_t max_curves_per_panel = 300;  // more than an eye distinguishes
 
 /// "m/s^2" for print.
@@ -266,7 +265,7 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
 
 PlotQuantity convert(PlotQuantity quantity, const SpecUnits& units) {
   const DisplayUnit unit = find_display_unit(quantity.unit, units);
-  if (unit.factor == 1) return quantity;
+  if (unit.name.empty()) return quantity;
   quantity.unit = unit.name;
   for (PlotCurve& curve : quantity.curves) curve.values /= unit.factor;
   return quantity;

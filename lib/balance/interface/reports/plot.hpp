@@ -21,6 +21,8 @@ std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result);
 /// @param x one per value, increasing
 std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, const std::vector<Eigen::Index>& jumps);
 
+inline constexpr std::size_t max_points_per_line = 4000;  ///< more than a page resolves
+
 /// At most about `max_points` points of a line over x; keeps the minimum and maximum of every interval.
 std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t max_points);
 

@@ -10,12 +10,12 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 namespace {
 
-constexpr std::size_t max_points_per_path = 4000;  // more than a page resolves
-constexpr std::size_t max_listed_times = 4;        // of poses between start and end
+constexpr std::size_t max_listed_times = 4;  // of poses between start and end
 constexpr const char* mark_colour = "#30363d";
 constexpr const char* ground_colour = "#6b7280";
 constexpr std::size_t max_columns = 3;
@@ -27,7 +27,7 @@ std::vector<PlotPoint> path_points(const Samples& position, const Projection& pr
     place.head(position.cols()) = position.row(k).transpose();
     points.push_back(projection.apply(place));
   }
-  return decimate_path(points, max_points_per_path);
+  return decimate_path(std::move(points), max_points_per_line);
 }
 
 /// Mixes a colour with white. @param share of white, from 0 to 1

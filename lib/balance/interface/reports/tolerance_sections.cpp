@@ -388,7 +388,7 @@ std::string figures_table(const ToleranceReport& report, const TextOptions& opti
   table.align.resize(table.heading.size(), Align::right);
   for (const QuantityTolerance& one : report.quantities) {
     const DisplayUnit unit = find_display_unit(one.unit, options.units);
-    std::vector<std::string> row{one.quantity, unit.name.empty() ? one.unit : unit.name};
+    std::vector<std::string> row{one.quantity, unit_cell(unit)};
     const auto add = [&](const FigureDeviation& figure) {
       row.push_back(tolerance_number(unit.convert(figure.value)));
       row.push_back(deviation_text(figure, unit));

@@ -10,7 +10,7 @@ namespace balance::specification {
 std::set<std::string> list_load_names(const SpecCursor* design);
 
 /// If `for` names a number of the mechanism, makes it an input of the recording.
-/// @param number its own value [SI] @param unit of its values in the cases
+/// @param number its own value [SI] @param dimension of its values in the cases
 Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
                                    Dimension dimension, SignConstraint sign);
 

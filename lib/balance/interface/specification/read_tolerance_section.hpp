@@ -10,7 +10,7 @@ namespace balance::specification {
 std::set<std::string> list_tolerance_names(const SpecCursor* section);
 
 /// If the section names a number, gives it an input of the recording that changes it alone.
-/// @param number its unperturbed expression [SI] @param unit of its deviation
+/// @param number its unperturbed expression [SI] @param dimension of its deviation
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
                                          Dimension dimension, SignConstraint sign);
 

@@ -21,10 +21,13 @@ struct NamedUnit {
   double value;
 };
 
-const NamedUnit& read_unit(const SpecCursor& unit, const std::string& what, std::span<const NamedUnit> units) {
+/// Reads the name of a unit and sets its SI value and its name.
+void read_unit(const SpecCursor& at, const std::string& what, std::span<const NamedUnit> units, double& value,
+               std::string& name) {
   std::vector<std::string> names;
   for (const NamedUnit& one : units) names.emplace_back(one.name);
-  return units[unit.read_choice("a unit of " + what, names)];
+  const NamedUnit& unit = units[at.read_choice("a unit of " + what, names)];
+  value = unit.value, name = unit.name;
 }
 
 constexpr NamedUnit length_units[]{{"m", 1},     {"dm", 0.1}, {"cm", 0.01},   {"mm", 1e-3},
@@ -39,8 +42,8 @@ constexpr NamedUnit mass_units[]{{"kg", 1},
 constexpr NamedUnit time_units[]{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60}};
 constexpr NamedUnit angle_units[]{
     {"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 180}, {"turn", 2 * std::numbers::pi}};
-constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
-constexpr std::size_t pound_force = 4;  // of force_units
+constexpr NamedUnit pound_force{"lbf", 4.4482216152605};
+constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, pound_force};
 
 /// Inches and feet go with pounds: the forces of such a spec are displayed in lbf unless it names another unit.
 bool is_imperial(const std::string& length) { return length == "in" || length == "ft"; }
@@ -172,34 +175,21 @@ double Units::factor(Dimension d) const {
 
 Units read_units(const SpecCursor& section) {
   Units units;
-  const auto read_length = [&units](const SpecCursor& c) {
-    const NamedUnit& unit = read_unit(c, "length", length_units);
-    units.length = unit.value, units.length_name = unit.name;
-  };
-  const auto read_angle = [&units](const SpecCursor& c) {
-    const NamedUnit& unit = read_unit(c, "angle", angle_units);
-    units.angle = unit.value, units.angle_name = unit.name;
-  };
-  const auto read_mass = [&units](const SpecCursor& c) {
-    const NamedUnit& unit = read_unit(c, "mass", mass_units);
-    units.mass = unit.value, units.mass_name = unit.name;
-  };
-  const auto read_time = [&units](const SpecCursor& c) {
-    const NamedUnit& unit = read_unit(c, "time", time_units);
-    units.time = unit.value, units.time_name = unit.name;
-  };
   const auto read_force = [&units](const SpecCursor& c) {
-    const NamedUnit& unit = read_unit(c, "force", force_units);
-    units.stated_force = units.force = unit.value, units.force_name = unit.name;
+    read_unit(c, "force", force_units, units.force, units.force_name);
+    units.stated_force = units.force;
+  };
+  const auto reader = [](const char* what, std::span<const NamedUnit> named_units, double& value, std::string& name) {
+    return [what, named_units, &value, &name](const SpecCursor& c) { read_unit(c, what, named_units, value, name); };
   };
   read_fields(section, "a mapping of units",
-              {{"length", Presence::optional, read_length},
-               {"mass", Presence::optional, read_mass},
-               {"time", Presence::optional, read_time},
-               {"angle", Presence::optional, read_angle},
+              {{"length", Presence::optional, reader("length", length_units, units.length, units.length_name)},
+               {"mass", Presence::optional, reader("mass", mass_units, units.mass, units.mass_name)},
+               {"time", Presence::optional, reader("time", time_units, units.time, units.time_name)},
+               {"angle", Presence::optional, reader("angle", angle_units, units.angle, units.angle_name)},
                {"force", Presence::optional, read_force}});
   if (!units.stated_force && is_imperial(units.length_name)) {
-    units.force = force_units[pound_force].value, units.force_name = force_units[pound_force].name;
+    units.force = pound_force.value, units.force_name = pound_force.name;
   }
   return units;
 }

@@ -70,6 +70,17 @@ ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const Pos
 
 }  // namespace
 
+PoseTarget actuators_as_assembled(const Mechanism& mechanism) {
+  PoseTarget pose;
+  for (const CoordinateId actuator : mechanism.actuators) {
+    double value = 0;
+    for (const CoordinateValue& assembled : mechanism.assembly)
+      if (assembled.coordinate == actuator) value = assembled.value;
+    pose.joints.push_back({actuator, value});
+  }
+  return pose;
+}
+
 ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose) {
   return dispatch_space(mechanism.space, [&]<class S>(S) { return solve_configuration_in<S>(mechanism, pose); });
 }

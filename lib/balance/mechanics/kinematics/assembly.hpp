@@ -26,6 +26,9 @@ struct ConfigurationResult {
 /// Finds the configuration in the assembly mode nearest to the mechanism's `assembly`.
 ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose);
 
+/// The pose of a mechanism without a motion: its actuated coordinates at their assembly values, or zero.
+PoseTarget actuators_as_assembled(const Mechanism& mechanism);
+
 /// Largest scaled residual that counts as closed.
 inline constexpr double closure_tolerance = 1e-12;
 

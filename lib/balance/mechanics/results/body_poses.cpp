@@ -48,39 +48,6 @@ std::vector<JointStep> list_joint_displacements(const Joint& joint) {
   return {};
 }
 
-/// Motion of the second body's frame as seen from the first body.
-BodyMotion joint_motion(const Joint& joint, const double* q, const double* dq, const double* ddq) {
-  BodyMotion motion;
-  for (const JointStep& step : list_joint_displacements(joint)) {
-    const Vector3 axis = motion.rotation * step.axis;
-    const Vector3 &w = motion.angular_velocity, &alpha = motion.angular_acceleration;
-    switch (step.kind) {
-      case JointStep::Kind::rotation: {
-        const Vector3 relative = dq[step.coordinate] * axis;
-        motion.angular_acceleration += ddq[step.coordinate] * axis + w.cross(relative);
-        motion.angular_velocity += relative;
-        motion.rotation = motion.rotation * rotation_about(step.axis, q[step.coordinate]);
-        break;
-      }
-      case JointStep::Kind::slide: {
-        const Vector3 d = motion.rotation * (q[step.coordinate] * step.axis), relative = dq[step.coordinate] * axis;
-        motion.position += d;
-        motion.velocity += relative + w.cross(d);
-        motion.acceleration +=
-            ddq[step.coordinate] * axis + 2 * w.cross(relative) + alpha.cross(d) + w.cross(w.cross(d));
-        break;
-      }
-      case JointStep::Kind::offset:
-        motion.position += axis;
-        motion.velocity += w.cross(axis);
-        motion.acceleration += alpha.cross(axis) + w.cross(w.cross(axis));
-        break;
-    }
-  }
-  motion.rotation = motion.rotation * joint.rotation;
-  return motion;
-}
-
 /// The motion of a frame given in a moving body's axes, as seen in the world.
 BodyMotion compose(const BodyMotion& body, const BodyMotion& frame) {
   const Vector3 &w = body.angular_velocity, &alpha = body.angular_acceleration;
@@ -94,6 +61,26 @@ BodyMotion compose(const BodyMotion& body, const BodyMotion& frame) {
       body.acceleration + body.rotation * frame.acceleration + 2 * w.cross(slip) + alpha.cross(d) + w.cross(w.cross(d));
   motion.angular_velocity = w + turn;
   motion.angular_acceleration = alpha + body.rotation * frame.angular_acceleration + w.cross(turn);
+  return motion;
+}
+
+/// The motion by one displacement, in the axes in which it is given.
+BodyMotion step_motion(const JointStep& step, const double* q, const double* dq, const double* ddq) {
+  BodyMotion motion;
+  const int k = step.coordinate;
+  switch (step.kind) {
+    case JointStep::Kind::rotation:
+      motion.rotation = rotation_about(step.axis, q[k]);
+      motion.angular_velocity = dq[k] * step.axis;
+      motion.angular_acceleration = ddq[k] * step.axis;
+      break;
+    case JointStep::Kind::slide:
+      motion.position = q[k] * step.axis;
+      motion.velocity = dq[k] * step.axis;
+      motion.acceleration = ddq[k] * step.axis;
+      break;
+    case JointStep::Kind::offset: motion.position = step.axis; break;
+  }
   return motion;
 }
 
@@ -118,6 +105,7 @@ struct TreeStep {
   JointId joint = 0;
   bool forward = true;  ///< towards the joint's second body
   Eigen::Index first_coordinate = 0;
+  std::vector<JointStep> displacements;
 };
 
 /// Joints that reach every body, nearest to the ground first. All coordinates of a run are known, so any tree will do.
@@ -140,28 +128,30 @@ std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
       const bool forward = was_reached[a] && !is_reached[b], backward = was_reached[b] && !is_reached[a];
       if (!forward && !backward) continue;
       is_reached[forward ? b : a] = true;
-      steps.push_back({static_cast<int>(j), forward, first[j]});
+      steps.push_back({static_cast<int>(j), forward, first[j], list_joint_displacements(mechanism.joints[j])});
       has_grown = true;
     }
   }
   return steps;
 }
 
-/// Motion of the second body's frame as seen from the first body, the joint's points included.
-BodyMotion motion_between_bodies(const Joint& joint, const double* q, const double* dq, const double* ddq) {
-  BodyMotion motion = joint_motion(joint, q, dq, ddq);
-  const Vector3 back = motion.rotation * joint.point_second;
-  const Vector3 &w = motion.angular_velocity, &alpha = motion.angular_acceleration;
-  motion.position = joint.point_first + motion.position - back;
-  motion.velocity -= w.cross(back);
-  motion.acceleration -= alpha.cross(back) + w.cross(w.cross(back));
-  return motion;
+/// Motion of the second body's frame as seen from the first body.
+BodyMotion motion_between_bodies(const TreeStep& step, const Joint& joint, const double* q, const double* dq,
+                                 const double* ddq) {
+  BodyMotion motion;
+  for (const JointStep& displacement : step.displacements)
+    motion = compose(motion, step_motion(displacement, q, dq, ddq));
+  motion.rotation = motion.rotation * joint.rotation;
+  motion.position = joint.point_first + motion.position;
+  BodyMotion origin;  // in the second body's axes, from its point
+  origin.position = -joint.point_second;
+  return compose(motion, origin);
 }
 
 void propagate_motion(const TreeStep& step, const Joint& joint, const double* q, const double* dq, const double* ddq,
                       std::vector<BodyMotion>& bodies) {
   const Eigen::Index k = step.first_coordinate;
-  const BodyMotion relative = motion_between_bodies(joint, q + k, dq + k, ddq + k);
+  const BodyMotion relative = motion_between_bodies(step, joint, q + k, dq + k, ddq + k);
   BodyMotion &first = bodies[static_cast<std::size_t>(joint.first)],
              &second = bodies[static_cast<std::size_t>(joint.second)];
   if (step.forward)

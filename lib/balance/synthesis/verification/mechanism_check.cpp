@@ -53,15 +53,7 @@ class MechanismChecker {
 
   /// The first trajectory's start pose; without trajectories, the actuators at their rough values.
   PoseTarget start_pose() const {
-    if (!study_.trajectories.empty()) return study_.trajectories.front().from;
-    PoseTarget pose;
-    for (const int actuator : mechanism_.actuators) {
-      double value = 0;
-      for (const CoordinateValue& assembled : mechanism_.assembly)
-        if (assembled.coordinate == actuator) value = assembled.value;
-      pose.joints.push_back({actuator, value});
-    }
-    return pose;
+    return study_.trajectories.empty() ? actuators_as_assembled(mechanism_) : study_.trajectories.front().from;
   }
 
   void count_elements() {
