@@ -135,6 +135,11 @@ DesignProblem make_phase_one_problem(const DesignProblem& problem) {
   return phase_one;
 }
 
+bool is_single_design(const DesignProblem& problem) {
+  return std::all_of(problem.variables.begin(), problem.variables.end(),
+                     [](const DesignVariable& variable) { return variable.lower == variable.upper; });
+}
+
 double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x) {
   try {
     return figure.function->evaluate(

@@ -13,6 +13,9 @@ namespace balance::design {
 /// @param problem everything that it refers to must outlive the result
 DesignProblem make_phase_one_problem(const DesignProblem& problem);
 
+/// Whether the bounds leave one value to every variable.
+bool is_single_design(const DesignProblem& problem);
+
 /// Value of a figure of the problem for values of the free numbers; NaN if undefined.
 double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x);
 

@@ -43,6 +43,8 @@ struct DesignProblem {
   std::vector<DesignVariable> variables;
   std::shared_ptr<const DesignModel> model;                    ///< must not be null when the problem is solved
   std::vector<CardinalityConstraint> cardinality_constraints;  ///< optional elements
+  /// Groups of variables with sizes, no two of which may have the same value.
+  std::vector<std::vector<int>> all_different;
   std::vector<Goal> goals;                                     ///< empty: only the objective matters
   ConditionOptions options;
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry

@@ -4,11 +4,14 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
+#include "balance/synthesis/design/size_search.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace balance::design {
 
@@ -18,6 +21,12 @@ using Rank = DiscreteCandidate::Rank;
 
 /// Minimum time for solving the final design again, even if the search has used up its time [s].
 constexpr double min_final_search_seconds = 0.2;
+/// For work that is not a search [s].
+constexpr double unlimited_seconds = 1e9;
+/// Number of combinations above which branch and bound is faster if there are bounds.
+constexpr long max_unbounded_combinations = 2000;
+/// Number of combinations along a known motion that take as long as a motion.
+constexpr long max_cheap_combinations_factor = 50;
 
 /// A model whose conditions do not depend on the free numbers and are derived only once.
 class SharedConditionsModel final : public DesignModelDecorator {
@@ -48,6 +57,10 @@ class DiscreteDesign {
   }
 
   DesignOutcome run() {
+    if (is_finite(problem_)) {
+      SizeSearchResult sizes = search_sizes();
+      if (sizes.x.size() > 0 || sizes.is_exhausted) return make_size_outcome(std::move(sizes));
+    }
     const int element_count = BranchingRule::count_unrestricted_elements(problem_);
     BranchAndBoundResult result = element_count > 0
                                       ? minimise_element_count(element_count)
@@ -62,6 +75,37 @@ class DiscreteDesign {
   }
 
  private:
+  /// If all variables have sizes: tries all combinations or, if there are too many, as many as the search may evaluate.
+  /// @return no design if branch and bound is to decide
+  SizeSearchResult search_sizes() {
+    const SolverContext& context = full_context();
+    const std::vector<int> lengths = geometric_variables(context);
+    std::vector<int> all = inertial_variables(context);
+    const bool has_motion_per_length = !lengths.empty() && !all.empty();
+    all.insert(all.end(), lengths.begin(), lengths.end());
+    const long max_motions = problem_.search.max_evaluations;
+    const bool is_cheap = has_motion_per_length || has_functions_of_parameters();
+    const long max_combinations = is_cheap ? max_cheap_combinations_factor * max_motions : max_motions;
+    const long combinations = count_combinations(problem_, all, max_combinations + 1);
+    if (combinations > max_unbounded_combinations && has_bounded_figure()) return {};
+    const bool can_try_all = combinations <= max_combinations &&
+                             (!has_motion_per_length ||
+                              count_combinations(problem_, lengths, max_motions + 1) <= max_motions);
+    return can_try_all ? try_all_sizes(problem_, budget_) : exchange_sizes(problem_, budget_, max_combinations);
+  }
+
+  /// Whether the relaxation of all designs bounds the figure.
+  bool has_bounded_figure() {
+    return (!problem_.objective || problem_.model->capabilities().has_convex_terms) &&
+           bounds_.shared_conditions(BranchingRule(problem_, 0).root()) != nullptr;
+  }
+
+  bool has_functions_of_parameters() const {
+    return (!problem_.objective || problem_.objective->is_of_parameters()) &&
+           std::all_of(problem_.limits.begin(), problem_.limits.end(),
+                       [](const DesignLimit& limit) { return limit.figure.is_of_parameters(); });
+  }
+
   /// Finds the minimum number of elements for which there is an exact design.
   BranchAndBoundResult minimise_element_count(int element_count) {
     BranchAndBoundResult result;
@@ -129,8 +173,46 @@ class DiscreteDesign {
     return compromise;
   }
 
+  /// The outcome of a search over combinations of sizes.
+  DesignOutcome make_size_outcome(SizeSearchResult sizes) {
+    combinations_ = sizes;
+    if (sizes.x.size() == 0) return make_failed_size_outcome();
+    using SizeRank = DesignRating::Rank;
+    DiscreteCandidate candidate;
+    candidate.rank = sizes.rating.rank == SizeRank::exact             ? Rank::exact
+                     : sizes.rating.rank == SizeRank::limits_violated ? Rank::limits_violated
+                                                                      : Rank::conditions_violated;
+    candidate.value = sizes.rating.value;
+    candidate.outcome = evaluate_design(sizes.x);
+    BranchAndBoundResult result;
+    result.is_exhausted = sizes.is_exhausted;
+    result.lower_bound = sizes.is_exhausted   ? candidate.value
+                         : problem_.objective ? problem_.objective->lower_bound
+                                              : -std::numeric_limits<double>::infinity();
+    result.incumbent = std::move(candidate);
+    if (result.incumbent->rank == Rank::exact) return make_exact_outcome(std::move(result));
+    return make_compromise_outcome(std::move(result), sizes.is_exhausted, "");
+  }
+
+  DesignOutcome make_failed_size_outcome() {
+    DesignOutcome outcome = evaluate_design(start_values());
+    const std::string reason = outcome.reason;
+    outcome.status = DesignStatus::unsolved;
+    outcome.reason = fmt::format("none of the {} combinations of sizes gives a design{}", combinations_->combinations,
+                                 reason.empty() ? "" : "; with the start values: " + reason);
+    return outcome;
+  }
+
+  /// The outcome of a single design.
+  DesignOutcome evaluate_design(const VectorX& x) const {
+    BranchNode point;
+    point.lower = point.upper = x;
+    return solve_design(restrict_to_node(problem_, point, unlimited_seconds));
+  }
+
   /// Solves for the best design again, to obtain its full outcome.
   DesignOutcome solve_incumbent_again(const DiscreteCandidate& design) {
+    if (combinations_) return complete_outcome(design.outcome);
     BranchNode branch;
     branch.lower = branch.upper = design.outcome.x;
     for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
@@ -152,11 +234,46 @@ class DiscreteDesign {
                        (problem_.objective && outcome.objective > design.outcome.objective);
     if (worse) outcome = design.outcome;
     remove_fixed_variables(restricted, outcome.solution_set);
+    return complete_outcome(std::move(outcome));
+  }
+
+  /// Adds what refers to all variables and to their start values.
+  DesignOutcome complete_outcome(DesignOutcome outcome) {
+    if (outcome.conditions.status == ConditionsStatus::done && !problem_.goals.empty()) complete_conditions(outcome);
     const VectorX start = start_values();
     if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
     if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
       outcome.objective = 0;
     return outcome;
+  }
+
+  void complete_conditions(DesignOutcome& outcome) {
+    const SolverContext& context = full_context();
+    const Conditions at_start = context.classification.has_geometric()
+                                    ? context.conditions_at(context.scaling.start())
+                                    : outcome.conditions;
+    const bool has_same_pivots =
+        at_start.status == ConditionsStatus::done && at_start.pivots == outcome.conditions.pivots;
+    outcome.residuals_before =
+        scaled_residuals(has_same_pivots ? at_start : outcome.conditions,
+                         term_values(context.mechanism(context.scaling.start()), context.options.loose_springs));
+    outcome.condition_variables =
+        find_condition_variables(context, outcome.conditions, context.scaling.to_unit(outcome.x));
+    std::erase_if(outcome.unmet_fixed_conditions, [&](int row) {
+      return !outcome.condition_variables[static_cast<std::size_t>(row)].empty();
+    });
+    const bool has_variables = std::any_of(outcome.condition_variables.begin(), outcome.condition_variables.end(),
+                                           [](const std::vector<int>& variables) { return !variables.empty(); });
+    if (!has_variables) return;
+    if (outcome.method == DesignMethod::none)
+      outcome.method = context.classification.has_geometric() ? DesignMethod::geometric : DesignMethod::affine;
+    if (outcome.status == DesignStatus::balanced) determine_status(outcome);
+  }
+
+  /// All variables within their bounds, without sizes.
+  const SolverContext& full_context() {
+    if (!full_context_) full_context_ = std::make_unique<const SolverContext>(problem_, context_budget_);
+    return *full_context_;
   }
 
   /// Removes fixed variables, which do not count as freedom.
@@ -190,12 +307,27 @@ class DiscreteDesign {
     return false;
   }
 
+  std::string search_summary() const {
+    if (!combinations_)
+      return count_noun(node_counts_.branches, "branch", "branches") + ", " +
+             count_noun(node_counts_.designs, "design", "designs");
+    std::string text = count_noun(combinations_->combinations, "combination", "combinations") + " of sizes";
+    if (combinations_->is_exhausted) text = "all " + text;
+    if (budget_.local_searches > 0)
+      text += fmt::format(", {} ({} of them as good as the best)",
+                          count_noun(budget_.local_searches, "search", "searches"), budget_.repeated_optima);
+    return text;
+  }
+
   void record_effort(DesignOutcome& outcome, bool proved, bool is_optimised) const {
-    outcome.search_summary = count_noun(node_counts_.branches, "branch", "branches") + ", " +
-                             count_noun(node_counts_.designs, "design", "designs");
+    outcome.search_summary = search_summary();
     outcome.effort = {};
-    outcome.effort.local_searches = node_counts_.designs;
-    outcome.effort.evaluations = node_counts_.branches;
+    outcome.effort.local_searches = combinations_ ? budget_.local_searches : node_counts_.designs;
+    outcome.effort.evaluations = combinations_ ? budget_.evaluations : node_counts_.branches;
+    if (combinations_) outcome.effort.geometries = budget_.geometries;
+    if (combinations_ && budget_.repeated_optima > 0) outcome.effort.repeated_optima = budget_.repeated_optima;
+    if (combinations_) outcome.effort.combinations = combinations_->combinations;
+    if (combinations_) outcome.effort.tried_all_combinations = combinations_->is_exhausted;
     using End = SearchEffort::Termination;
     outcome.effort.termination = proved            ? End::proved
                                  : budget_.stopped ? End::time_limit
@@ -228,19 +360,36 @@ class DiscreteDesign {
     if (problem_.goals.empty() && !violates_limits) return make_exact_outcome(std::move(result));
     const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
     const bool proved =
-        !violates_limits &&
+        (!violates_limits || combinations_) &&
         result.lower_bound >= result.incumbent->value - relative_gap_tolerance * std::abs(result.incumbent->value);
-    outcome.lower_bound = by_figure && !violates_limits && std::isfinite(result.lower_bound)
+    outcome.lower_bound = by_figure && outcome.within_limits && std::isfinite(result.lower_bound)
                               ? std::min(result.lower_bound, outcome.objective)
                               : std::numeric_limits<double>::quiet_NaN();
     outcome.status = is_proved_infeasible ? DesignStatus::infeasible : DesignStatus::compromise;
     outcome.is_proved_infeasible = is_proved_infeasible;
-    if (!violates_limits) outcome.reason = reason(is_proved_infeasible, std::move(explanation), outcome);
+    outcome.reason = violates_limits ? violation_reason(is_proved_infeasible, outcome)
+                                     : reason(is_proved_infeasible, std::move(explanation), outcome);
+    outcome.min_violation_bound =
+        violates_limits && proved ? result.lower_bound : std::numeric_limits<double>::quiet_NaN();
     record_effort(outcome, proved, true);
     return outcome;
   }
 
+  /// Why the limits are violated.
+  std::string violation_reason(bool is_proved_infeasible, const DesignOutcome& outcome) const {
+    const std::string what = problem_.cardinality_constraints.empty() ? "sizes" : "sizes and elements";
+    return fmt::format("{} keeps all limits{}: {}{}",
+                       is_proved_infeasible ? "no combination of " + what
+                                            : "no combination of " + what + " was found that",
+                       problem_.goals.empty() ? "" : " and meets the conditions",
+                       describe_worst_limit(problem_.limits, outcome.limits),
+                       combinations_ && combinations_->is_exhausted ? ", the least possible for the worst limit" : "");
+  }
+
   std::string reason(bool is_proved_infeasible, std::string explanation, DesignOutcome& outcome) {
+    if (full_context().classification.has_geometric())
+      return is_proved_infeasible ? "no combination of sizes meets the conditions"
+                                  : "no combination of sizes was found that meets the conditions";
     const BranchNode root = BranchingRule(problem_, 0).root();
     const DesignOutcome continuous_outcome =
         solve_design(restrict_to_node(problem_, root, std::max(min_final_search_seconds, budget_.remaining_time())));
@@ -268,6 +417,9 @@ class DiscreteDesign {
 
   DesignProblem problem_;
   SearchBudget budget_;
+  SearchBudget context_budget_{unlimited_seconds};          ///< of what is computed before and after a search
+  std::unique_ptr<const SolverContext> full_context_ = {};  ///< empty until it is needed
+  std::optional<SizeSearchResult> combinations_;            ///< if all variables have sizes
   NodeCounts node_counts_;
   NodeBounds bounds_;
   BranchAndBound search_;

@@ -406,4 +406,15 @@ std::string undefined_objective_reason(const Objective& objective, const std::st
   return reason;
 }
 
+std::string describe_worst_limit(const std::vector<DesignLimit>& limits, const std::vector<LimitOutcome>& outcomes) {
+  std::size_t worst = 0;
+  for (std::size_t k = 1; k < outcomes.size(); ++k)
+    if (!(outcomes[k].violation <= outcomes[worst].violation)) worst = k;
+  const DesignLimit& limit = limits[worst];
+  const double violation = outcomes[worst].violation;
+  if (!std::isfinite(violation)) return fmt::format("{} cannot be computed", limit.text);
+  return limit.bound != 0 ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * violation)
+                          : fmt::format("{} is missed by {:.3g}", limit.text, violation);
+}
+
 }  // namespace balance::design

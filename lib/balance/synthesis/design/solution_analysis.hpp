@@ -51,4 +51,7 @@ void assess_optimality(const SolverContext& context, SearchTarget target, bool p
 std::string undefined_objective_reason(const Objective& objective, const std::string& where,
                                        const std::string& failure_reason);
 
+/// "peak(torque) <= 12 is missed by 3.2 % of its bound": the limit with the largest violation.
+std::string describe_worst_limit(const std::vector<DesignLimit>& limits, const std::vector<LimitOutcome>& outcomes);
+
 }  // namespace balance::design

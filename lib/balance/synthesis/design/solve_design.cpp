@@ -6,6 +6,7 @@
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
 
 #include <fmt/format.h>
@@ -102,6 +103,7 @@ class LimitedDesignSolver {
     SingleSolve first = solve_once(problem_);
     evaluate_limits(first.outcome);
     const DesignStatus status = first.outcome.status;
+    if (is_single_design(problem_)) return describe_only_design(std::move(first.outcome));
     const bool is_solved = is_success(first.outcome) && first.outcome.within_limits;
     const bool is_proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
     if ((is_solved && is_proved) || status == DesignStatus::unsolved || status == DesignStatus::no_feasible_start ||
@@ -125,6 +127,16 @@ class LimitedDesignSolver {
     reset_objective(outcome);
     outcome.optimality = Optimality::not_optimised;
     return outcome;
+  }
+
+  DesignOutcome describe_only_design(DesignOutcome outcome) const {
+    if (outcome.within_limits || outcome.status == DesignStatus::unsolved) return outcome;
+    const DesignOutcome first = outcome;
+    outcome.lower_bound = -std::numeric_limits<double>::infinity();
+    for (const LimitOutcome& limit : outcome.limits)
+      outcome.lower_bound = std::max(outcome.lower_bound, limit.violation);
+    outcome.optimality = Optimality::proved_global;
+    return make_violating_outcome(std::move(outcome), first);
   }
 
   /// Whether the budget ended the search although the limits are satisfied.
@@ -208,16 +220,11 @@ class LimitedDesignSolver {
   }
 
   std::string describe_violation(const DesignOutcome& outcome, bool proved, bool best) const {
-    std::size_t worst = 0;
-    for (std::size_t k = 1; k < outcome.limits.size(); ++k)
-      if (!(outcome.limits[k].violation <= outcome.limits[worst].violation)) worst = k;
-    const double violation = outcome.limits[worst].violation;
-    const DesignLimit& limit = problem_.limits[worst];
-    const std::string violation_text =
-        limit.bound != 0 ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * violation)
-                         : fmt::format("{} is missed by {:.3g}", limit.text, violation);
+    const std::string violation_text = describe_worst_limit(problem_.limits, outcome.limits);
     const char* condition_clause = problem_.goals.empty() ? "" : " and meet the conditions";
-    if (!std::isfinite(violation)) return fmt::format("{} cannot be computed", limit.text);
+    if (std::any_of(outcome.limits.begin(), outcome.limits.end(),
+                    [](const LimitOutcome& limit) { return !std::isfinite(limit.violation); }))
+      return violation_text;
     if (proved)
       return fmt::format("no values of the free numbers keep all limits{}: {}{}", condition_clause, violation_text,
                          best ? ", the least possible for the worst limit" : "");

@@ -54,6 +54,8 @@ struct SearchEffort {
   int geometries = 0;        ///< number of sets of lengths at which the masses were solved for
   int evaluations = 0;       ///< of the objective
   Termination termination = Termination::not_searched;
+  long combinations = 0;                ///< of sizes that were tried, if all variables have sizes
+  bool tried_all_combinations = false;  ///< whether there are no others
 };
 
 /// A limit and the value of its figure.

@@ -1,5 +1,6 @@
 #include "balance/synthesis/design/solve_once.hpp"
 
+#include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/geometry_search.hpp"
 #include "balance/synthesis/design/optimum_search.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
@@ -82,7 +83,9 @@ class SingleSolver {
     const bool convex = affine && context_.is_convex();
     is_convex_ = convex && objective_ && objective_->is_convex();
     budget_.begin_search();
-    const VectorX u = replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
+    const VectorX u = is_single_design(context_.problem)
+                          ? accept_only_design()
+                          : replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
     budget_.finish_search();
     if (!finish(u)) return;
     const bool unmet = outcome_.status == DesignStatus::compromise || outcome_.status == DesignStatus::infeasible;
@@ -146,6 +149,12 @@ class SingleSolver {
     outcome_.x = context_.scaling.to_variables(u);
     outcome_.reason = "the conditions of the final geometry cannot be listed: " + outcome_.conditions.reason;
     finish_search(equations, u, false);
+  }
+
+  VectorX accept_only_design() {
+    target_ = objective_ ? SearchTarget::objective : SearchTarget::residual;
+    is_proved_optimal_ = objective_.has_value();
+    return start_;
   }
 
   /// The best exact solution, or a compromise.

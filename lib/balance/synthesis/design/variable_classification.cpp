@@ -50,6 +50,14 @@ VectorX VariableScaling::to_variables(const VectorX& u) const {
   return x;
 }
 
+VectorX VariableScaling::to_unit(const VectorX& x) const {
+  VectorX u = VectorX::Zero(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (half_[i] > 0)
+      u[i] = x[i] == start_numbers_[i] ? start_[i] : std::clamp((x[i] - centre_[i]) / half_[i], -1.0, 1.0);
+  return u;
+}
+
 namespace {
 
 /// Marks springs of zero free length whose end points vary.

@@ -18,6 +18,8 @@ class VariableScaling {
   const VectorX& start() const { return start_; }
   /// The free numbers [SI], clamped to their bounds; bounds and start values are reproduced exactly.
   VectorX to_variables(const VectorX& u) const;
+  /// The inverse; numbers whose bounds coincide become 0.
+  VectorX to_unit(const VectorX& x) const;
   /// Centre and half width of each interval.
   const VectorX& centre() const { return centre_; }
   const VectorX& half_width() const { return half_; }
