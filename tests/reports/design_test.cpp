@@ -1,5 +1,6 @@
 #include "../files/hdf5_reader.hpp"
 #include "balance/interface/reports/design_sections.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "design_sample.hpp"
 
 #include <nlohmann/json.hpp>

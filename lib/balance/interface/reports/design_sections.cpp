@@ -10,6 +10,7 @@
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/status_names.hpp"
@@ -476,8 +477,7 @@ std::string objective_line(const DesignReportData& view, const SpecUnits& units)
   if (view.objective_unit.empty() && has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
   for (const RobustTerm& one : view.report.robust) {
-    const DisplayUnit own =
-        find_display_unit(find_metric_unit(view.report.study_before.mechanism, one.term.quantity), units);
+    const DisplayUnit own = find_display_unit(unit_of_term(view.report.study_before.mechanism, one.term), units);
     text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
                         objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
                         number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
@@ -753,7 +753,7 @@ std::string design_text(const DesignReportData& view, const TextOptions& options
 namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
-  if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::RunMeasure::duration)
+  if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure)
     return objective_term_name(term);
   const std::string figure =
       fmt::format("{} of {} along {}", objective_term_name(term.figure), term.quantity, term.trajectory);
@@ -782,15 +782,6 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
     text += term_text(term);
   }
   return text;
-}
-
-std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
-  if (terms.size() != 1 || terms.front().weight != 1) return "";
-  const ObjectiveTerm& term = terms.front();
-  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
-  if (term.size != ObjectiveTerm::Size::none) return "kg";
-  if (term.run == ObjectiveTerm::RunMeasure::duration) return "s";
-  return find_metric_unit(mechanism, term.quantity);
 }
 
 int active_bound(const FreeNumber& number, double value) {

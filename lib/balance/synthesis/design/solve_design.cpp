@@ -5,6 +5,7 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
+#include "balance/synthesis/design/limit_relaxation.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
 
@@ -239,9 +240,12 @@ DesignOutcome solve_design(const DesignProblem& problem) {
   const auto search = [](const DesignProblem& one) {
     return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
   };
-  DesignOutcome outcome = search(problem);
-  bound_by_relaxation(problem, outcome, search);
-  return outcome;
+  const auto solve = [&](const DesignProblem& one) {
+    DesignOutcome outcome = search(one);
+    bound_by_relaxation(one, outcome, search);
+    return outcome;
+  };
+  return problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
 }
 
 }  // namespace balance
