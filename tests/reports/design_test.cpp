@@ -89,7 +89,7 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
   }
   CHECK(design_text(view, one_line)
             .find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
-                  "search: {seconds: 240} allows more\n") != std::string::npos);
+                  "--seconds 240 allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {

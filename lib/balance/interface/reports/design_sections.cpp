@@ -533,8 +533,7 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
                            search_summary, optimum);
       return fmt::format(
-          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; search: {{seconds: {:g}}} allows "
-          "more\n",
+          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; --seconds {:g} allows more\n",
           view.seconds, search_summary, optimum, 4 * view.seconds);
   }
   return "";
@@ -676,19 +675,30 @@ std::string conditions_table(const DesignReportData& view, const TextOptions& op
   return text.empty() ? "" : text + "\n";
 }
 
+bool has_balancing_elements(const Mechanism& mechanism) {
+  return !mechanism.discs.empty() ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(),
+                     [](const Attachment& one) { return one.kind == AttachmentKind::counterweight; });
+}
+
 std::string cost_text(const DesignReport& report, const SpecUnits& units) {
   const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
+  const auto describe_total = [](double before, double after, const DisplayUnit& unit) {
+    return fmt::format("{:.6g} {} before, {:.6g} {} after", unit.convert(before), unit.name, unit.convert(after),
+                       unit.name);
+  };
+  const std::string total_mass = describe_total(report.mass_before, report.mass_after, mass),
+                    total_inertia = describe_total(report.inertia_before, report.inertia_after, inertia);
+  if (!has_balancing_elements(report.study_after.mechanism) && report.added_mass == 0 && report.added_inertia == 0)
+    return fmt::format("moving mass     {}\nmoving inertia  {}\n", total_mass, total_inertia);
   const auto format_amount = [](double value, double scale, const DisplayUnit& unit) {
-    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value));
+    return (std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value))) + " " + unit.name;
   };
   return fmt::format(
-             "added mass     {0} {3} of counterweights and discs (everything that moves: {1:.6g} {3} before, {2:.6g} "
-             "{3} after)\n",
-             format_amount(report.added_mass, report.mass_after, mass), mass.convert(report.mass_before),
-             mass.convert(report.mass_after), mass.name) +
-         fmt::format("added inertia  {0} {3} of them (everything that moves: {1:.6g} {3} before, {2:.6g} {3} after)\n",
-                     format_amount(report.added_inertia, report.inertia_after, inertia),
-                     inertia.convert(report.inertia_before), inertia.convert(report.inertia_after), inertia.name);
+      "added mass     {} of counterweights and discs (everything that moves: {})\n"
+      "added inertia  {} of them (everything that moves: {})\n",
+      format_amount(report.added_mass, report.mass_after, mass), total_mass,
+      format_amount(report.added_inertia, report.inertia_after, inertia), total_inertia);
 }
 
 /// Notes on the motion, once if before and after have the same.
