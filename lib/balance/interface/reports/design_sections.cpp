@@ -15,6 +15,7 @@
 #include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -455,9 +456,9 @@ std::string headline(const DesignReportData& view) {
     case DesignStatus::no_feasible_start:
       return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
     case DesignStatus::no_goal:
-      if (is_proved_best(view)) return fmt::format("the least possible {}; no goal was set", view.objective);
-      if (view.objective.empty()) return "all limits are kept; no goal was set";
-      return fmt::format("a small {}; no goal was set", view.objective);
+      if (view.objective.empty()) return "all limits are kept";
+      if (is_proved_best(view)) return "the least possible " + view.objective;
+      return fmt::format("the smallest {} that was found", view.objective);
   }
   return "";
 }
@@ -599,18 +600,20 @@ std::string reasons(const DesignReportData& view, const SpecUnits& units) {
 
 std::string bound_remark(const FreeNumber& number, int bound) {
   if (!number.discrete_values.empty()) return fmt::format("one of {} sizes", number.discrete_values.size());
-  return bound < 0 ? "at lower bound" : (bound > 0 ? "at upper bound" : "");
+  return bound < 0 ? "at lower" : (bound > 0 ? "at upper" : "");
 }
 
 /// Explains "before" for numbers without a start value.
 std::string format_start_note(const std::vector<FreeNumber>& numbers) {
-  std::string midpoint_paths;
+  constexpr std::size_t max_listed_paths = 3;
+  std::vector<std::string> paths;
   for (const FreeNumber& number : numbers)
-    if (number.start_source == FreeNumber::StartSource::midpoint)
-      midpoint_paths += (midpoint_paths.empty() ? "" : ", ") + number.key_path;
-  return midpoint_paths.empty()
-             ? ""
-             : fmt::format("before: in the middle of the bounds, without a 'start': {}\n", midpoint_paths);
+    if (number.start_source == FreeNumber::StartSource::midpoint) paths.push_back(number.key_path);
+  if (paths.empty()) return "";
+  if (paths.size() > max_listed_paths)
+    return fmt::format("before: in the middle of the bounds where the spec has no 'start' ({} numbers)\n",
+                       paths.size());
+  return fmt::format("before: in the middle of the bounds, without a 'start': {}\n", fmt::join(paths, ", "));
 }
 
 std::string numbers_text(const DesignReportData& view, const TextOptions& options) {
@@ -726,6 +729,38 @@ std::string comparison_text(const TrajectoryComparison& comparison, const TextOp
   return (table.rows.empty() ? text : text + format_table(table, options.width)) + rerun_notes(comparison);
 }
 
+bool is_named(const DesignReportData& view, const std::string& trajectory) {
+  return view.trajectories.empty() ||
+         std::find(view.trajectories.begin(), view.trajectories.end(), trajectory) != view.trajectories.end();
+}
+
+/// "peak +23 %" or "rms x 7.3".
+std::string increase_text(const MetricChange& change) {
+  const double ratio = change.after / change.before;
+  if (change.before == 0) return change.figure + " from 0";
+  return ratio < 2 ? fmt::format("{} +{:.2g} %", change.figure, 100 * (ratio - 1))
+                   : fmt::format("{} x {:.3g}", change.figure, ratio);
+}
+
+/// Figures along a trajectory that are larger than before, as a sentence; empty if there are none.
+std::string losses_text(const TrajectoryComparison& comparison) {
+  constexpr double min_relative_increase = 1e-3;
+  std::vector<std::pair<std::string, std::string>> losses;  // quantity, its figures
+  const bool has_one_actuator = comparison.before.actuator_names.size() == 1;
+  for (const MetricChange& change : list_metric_changes(comparison)) {
+    if (!(change.after > (1 + min_relative_increase) * change.before)) continue;
+    if (change.quantity == "torque" && has_one_actuator) continue;
+    const std::string quantity = change.quantity == "torque" ? "worst torque" : change.quantity;
+    if (losses.empty() || losses.back().first != quantity) losses.emplace_back(quantity, "");
+    losses.back().second += (losses.back().second.empty() ? "" : ", ") + increase_text(change);
+  }
+  if (losses.empty()) return "";
+  std::string text = fmt::format("worse than before along {}: ", comparison.trajectory);
+  for (std::size_t i = 0; i < losses.size(); ++i)
+    text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", losses[i].first, losses[i].second);
+  return text + "\n";
+}
+
 std::string notes_text(const DesignReportData& view) {
   std::string text;
   for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
@@ -738,11 +773,22 @@ std::string notes_text(const DesignReportData& view) {
 }  // namespace
 
 std::string design_text(const DesignReportData& view, const TextOptions& options) {
-  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view, options.units));
-  text += numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
-          load_cases_text(view.report, options);
-  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison, options);
-  return wrap_lines(text + notes_text(view), options.width);
+  std::string losses, comparisons;
+  std::vector<std::string> hidden;
+  for (const TrajectoryComparison& comparison : view.report.comparisons) {
+    if (!options.verbose && !is_named(view, comparison.trajectory)) {
+      hidden.push_back(comparison.trajectory);
+      continue;
+    }
+    losses += losses_text(comparison);
+    comparisons += comparison_text(comparison, options);
+  }
+  if (!hidden.empty()) comparisons += fmt::format("\nalong {}: see --verbose\n", joined(hidden));
+  const std::string text =
+      fmt::format("{}: {}\n{}{}\n", view.conditions.title, headline(view), reasons(view, options.units), losses) +
+      numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
+      load_cases_text(view.report, options, hidden) + comparisons + notes_text(view);
+  return wrap_lines(text, options.width);
 }
 
 namespace {

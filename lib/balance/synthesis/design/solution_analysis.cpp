@@ -183,7 +183,6 @@ void determine_status(DesignOutcome& outcome) {
       outcome.unmet_conditions.push_back(static_cast<int>(k));
   if (outcome.conditions.goals.empty() && total == 0) {
     outcome.status = DesignStatus::no_goal;
-    outcome.reason = "there is no goal: nothing to balance";
     return;
   }
   if (outcome.unmet_conditions.empty()) {
