@@ -422,9 +422,6 @@ std::string ratio_text(double before, double after) {
   return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
 }
 
-/// Relative to the value; a smaller gap counts as none.
-constexpr double gap_tolerance = 1e-12;
-
 bool is_proved_best(const DesignReportData& view) {
   return view.report.outcome.optimality == Optimality::proved_global && !view.objective.empty();
 }
@@ -521,10 +518,8 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
         return "optimality: proved-best: no other choice has a smaller worst limit violation\n";
       if (std::isnan(outcome.lower_bound))
         return "optimality: proved-best: no other choice has a smaller residual of the conditions\n";
-      return fmt::format(
-          "optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
-          number_text(unit.convert(outcome.lower_bound)),
-          outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? unit.convert(outcome.gap()) : 0.0);
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0\n",
+                         number_text(unit.convert(outcome.lower_bound)));
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
                          optimum);
