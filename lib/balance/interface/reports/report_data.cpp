@@ -116,6 +116,10 @@ DesignReportData make_design_data(const DesignStudyOptions& options, const Desig
   view.residuals_before = report.outcome.residuals_before.size() == rows
                               ? report.outcome.residuals_before
                               : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
+  for (const ObjectiveTerm& term : terms) view.trajectories.push_back(term.trajectory);
+  for (const FigureLimit& limit : space.start.design.subject_to)
+    for (const ObjectiveTerm& term : limit.terms) view.trajectories.push_back(term.trajectory);
+  std::erase(view.trajectories, "");
   view.seconds = options.search.max_time;
   view.warnings = space.start.warnings;
   view.report = std::move(report);

@@ -521,7 +521,10 @@ DesignProblem LoadCaseStudy::make_problem() const {
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
   problem.variables = list_design_variables(cases.numbers);
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
-    for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
+    for (OptionalElement& element : choice.elements) {
+      element.variables = map_to_all_cases(cases, element.variables);
+      element.own_variables = map_to_all_cases(cases, element.own_variables);
+    }
   problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
   case_model_->build_figures(problem);
