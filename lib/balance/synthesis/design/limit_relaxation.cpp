@@ -42,13 +42,6 @@ std::optional<DesignProblem> without_nonconvex_limits(const DesignProblem& probl
 /// Limits with a violation above minus this are active.
 constexpr double active_limit_tolerance = 1e-5;
 
-/// Whether x keeps all limits of the problem; sets the outcome's figures of them.
-bool keeps_limits(const DesignProblem& problem, DesignOutcome& outcome) {
-  outcome.limits = measure_limits(problem, outcome.x);
-  return std::all_of(outcome.limits.begin(), outcome.limits.end(),
-                     [](const LimitOutcome& limit) { return limit.violation <= limit_tolerance; });
-}
-
 /// The start values as the only design.
 DesignProblem fix_at_start(const DesignProblem& problem) {
   DesignProblem fixed = problem;
@@ -68,16 +61,18 @@ void apply_bound(double lower_bound, DesignOutcome& outcome) {
 
 }  // namespace
 
-std::vector<LimitOutcome> measure_limits(const DesignProblem& problem, const VectorX& x) {
-  std::vector<LimitOutcome> outcomes;
+void evaluate_limits(const DesignProblem& problem, DesignOutcome& outcome) {
+  outcome.limits.clear();
+  double worst = -std::numeric_limits<double>::infinity();
   for (const DesignLimit& limit : problem.limits) {
-    LimitOutcome outcome;
-    outcome.value = evaluate_figure(problem, limit.figure, x);
-    outcome.violation = relative_violation(limit, outcome.value);
-    outcome.is_active = !(outcome.violation < -active_limit_tolerance);
-    outcomes.push_back(outcome);
+    LimitOutcome limit_outcome;
+    limit_outcome.value = evaluate_figure(problem, limit.figure, outcome.x);
+    limit_outcome.violation = relative_violation(limit, limit_outcome.value);
+    limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
+    outcome.limits.push_back(limit_outcome);
+    if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;
   }
-  return outcomes;
+  outcome.within_limits = worst <= limit_tolerance;
 }
 
 DesignOutcome solve_with_limits(const DesignProblem& problem,
@@ -88,8 +83,11 @@ DesignOutcome solve_with_limits(const DesignProblem& problem,
   if (const std::optional<DesignProblem> relaxed = without_nonconvex_limits(problem)) {
     DesignOutcome optimum = search(*relaxed);
     const bool is_proved = is_design(optimum) && optimum.optimality == Optimality::proved_global;
-    if (is_proved && keeps_limits(problem, optimum)) return optimum;
     if (is_design(optimum)) lower_bound = optimum.lower_bound;
+    if (is_proved) {
+      evaluate_limits(problem, optimum);
+      if (optimum.within_limits) return optimum;
+    }
     remaining.search.max_time = std::max(1e-3, problem.search.max_time - (thread_cpu_time() - start_time));
   }
   DesignOutcome outcome = search(remaining);

@@ -4,12 +4,11 @@
 #include "balance/synthesis/design/solve_design.hpp"
 
 #include <functional>
-#include <vector>
 
 namespace balance::design {
 
-/// The figures of the limits at x, and by how much they are missed.
-std::vector<LimitOutcome> measure_limits(const DesignProblem& problem, const VectorX& x);
+/// Sets the figures of the limits at the outcome's design, and whether they are kept.
+void evaluate_limits(const DesignProblem& problem, DesignOutcome& outcome);
 
 /// Solves a problem with limits. If some of them are not convex, although the rest of the problem is, its optimum without
 /// these limits is found first: if it keeps them, it is the optimum, and in any case its lower bound holds. A start that
