@@ -468,7 +468,14 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
   }
   std::string infeasibility_reason(const VectorX& x) const override {
-    return first_reason([&](std::size_t k) { return required_motions_[k].infeasibility_reason(instance_at(k, x)); });
+    std::vector<VectorX> tried;  // loads seldom change the motion
+    return first_reason([&](std::size_t k) -> std::string {
+      const DesignInstance instance = instance_at(k, x);
+      VectorX numbers = required_motions_[k].numbers(instance);
+      if (std::find(tried.begin(), tried.end(), numbers) != tried.end()) return "";
+      tried.push_back(std::move(numbers));
+      return required_motions_[k].infeasibility_reason(instance);
+    });
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
     return figures_->terms(terms_, across_, sampling, x);

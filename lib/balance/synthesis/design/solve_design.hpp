@@ -96,7 +96,8 @@ struct DesignOutcome {
   std::optional<ElementSelection> selection;  ///< if there were choices
   /// If the limits are violated: proved lower bound of the violation of the worst limit.
   double min_violation_bound = std::numeric_limits<double>::quiet_NaN();
-  double gap() const { return objective - lower_bound; }
+  /// 0 if it is proved that there is none: the rest is the tolerance of the proof.
+  double gap() const { return optimality == Optimality::proved_global ? 0 : objective - lower_bound; }
   std::vector<std::string> notes;
 };
 

@@ -1,5 +1,6 @@
 #include "balance/synthesis/design/solve_once.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/synthesis/design/geometry_search.hpp"
 #include "balance/synthesis/design/optimum_search.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
@@ -53,9 +54,27 @@ class SingleSolver {
       return false;
     if (!context_.is_admissible(start_) || !context_.invalidity_reason(start_).empty()) return false;
     outcome_.method = DesignMethod::none;
-    const ConditionResidual none(context_, outcome_.conditions);
-    if (finish(start_)) finish_search(make_fixed_geometry_equations(context_, none, {}, VectorX(0)), start_, true);
+    if (finish(start_)) finish_search();
     return true;
+  }
+
+  /// An exact design at which the objective reaches its lower bound, so that nothing has to be searched: the numbers of
+  /// the anchor, or all elements at zero. The conditions must be those of the anchor.
+  std::optional<VectorX> find_known_optimum(const VectorX& anchor) const {
+    if (!objective_ || !std::isfinite(objective_->lower_bound())) return std::nullopt;
+    VectorX without_elements = anchor;
+    for (int i = 0; i < context_.scaling.size(); ++i)
+      if (const double half = context_.scaling.half_width()[i];
+          half > 0 && !context_.classification.is_geometric[static_cast<std::size_t>(i)])
+        without_elements[i] = std::clamp(-context_.scaling.centre()[i] / half, -1.0, 1.0);
+    for (const VectorX& u : {anchor, without_elements}) {
+      const double value = (*objective_)(u, nullptr);
+      if (!(value <= objective_->lower_bound() + objective_->round_off())) continue;
+      const VectorX residuals = scaled_residuals(outcome_.conditions, parameters(u));
+      const bool is_balanced = residuals.size() == 0 || max_abs(residuals) < condition_tolerance;
+      if (is_balanced && context_.is_admissible(u)) return u;
+    }
+    return std::nullopt;
   }
 
   void solve_masses() {
@@ -84,7 +103,9 @@ class SingleSolver {
     const bool convex = affine && context_.is_convex();
     is_convex_ = convex && objective_ && objective_->is_convex();
     budget_.begin_search();
-    const VectorX u = replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
+    const std::optional<VectorX> known = find_known_optimum(start_);
+    if (known) target_ = SearchTarget::objective;
+    const VectorX u = known ? *known : replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
     budget_.finish_search();
     if (!finish(u)) return;
     const bool unmet = outcome_.status == DesignStatus::compromise || outcome_.status == DesignStatus::infeasible;
@@ -94,7 +115,7 @@ class SingleSolver {
       determine_status(outcome_);
     }
     outcome_.is_proved_infeasible = outcome_.status == DesignStatus::infeasible;
-    finish_search(equations, u, true);
+    finish_search();
   }
 
   void solve_geometry() {
@@ -113,8 +134,13 @@ class SingleSolver {
                                     : make_fixed_geometry_equations(context_, none, {}, VectorX(0));
     const Conditions at_start = *anchor == start_ ? outcome_.conditions : Conditions{};
     budget_.begin_search();
-    GeometrySearchResult search_result =
-        search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
+    GeometrySearchResult search_result;
+    if (const std::optional<VectorX> known = find_known_optimum(*anchor)) {
+      search_result.u = *known;
+      search_result.is_found = search_result.is_balanced = true;
+    } else {
+      search_result = search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
+    }
     budget_.finish_search();
     if (search_result.balanced_without_value)
       return set_unsolved(*search_result.balanced_without_value,
@@ -137,7 +163,7 @@ class SingleSolver {
       if (outcome_.condition_variables[static_cast<std::size_t>(k)].empty())
         outcome_.unmet_fixed_conditions.push_back(k);
     determine_status(outcome_);
-    finish_search(equations, u, false);
+    finish_search();
   }
 
   void finish_without_conditions(const NonlinearSystem& equations, const VectorX& u) {
@@ -147,7 +173,7 @@ class SingleSolver {
     outcome_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
     outcome_.x = context_.scaling.to_variables(u);
     outcome_.reason = "the conditions of the final geometry cannot be listed: " + outcome_.conditions.reason;
-    finish_search(equations, u, false);
+    finish_search();
   }
 
   /// The best exact solution, or a compromise.
@@ -341,8 +367,8 @@ class SingleSolver {
     return true;
   }
 
-  /// Records the optimality of the result and the dimension of the solution set.
-  void finish_search(const NonlinearSystem& equations, const VectorX& u, bool precise) {
+  /// Records the optimality of the result.
+  void finish_search() {
     if (objective_ && target_ == SearchTarget::nothing) target_ = SearchTarget::objective;
     // Global optimum: exact, and the objective reaches its lower bound.
     const bool at_bound =
@@ -350,10 +376,6 @@ class SingleSolver {
     if (at_bound) outcome_.lower_bound = outcome_.objective;
     assess_optimality(context_, target_, (is_proved_optimal_ || at_bound) && target_ == SearchTarget::objective,
                       outcome_);
-    if (context_.problem.is_subproblem ||
-        (outcome_.status != DesignStatus::balanced && outcome_.status != DesignStatus::no_goal))
-      return;
-    outcome_.solution_set = analyse_solution_set(context_, equations, objective_ ? &*objective_ : nullptr, u, precise);
   }
 
   SearchBudget budget_;
