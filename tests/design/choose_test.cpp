@@ -249,3 +249,53 @@ TEST_CASE("a place along a line is chosen as exactly as one in a box") {
   CHECK(report.outcome.status == DesignStatus::balanced);
   CHECK(report.outcome.optimality == balance::Optimality::proved_global);
 }
+
+TEST_CASE("places in space are chosen exactly, although nothing depends on their height") {
+  // About J2, 0.8 kg · 0.1 m = 0.4 kg · 0.2 m; about J1, 1.2 kg · 0.1 m + 1.2 kg · 0.3 m = 2.4 kg · 0.2 m.
+  const DesignReport report = find_design(read(
+      "space: spatial\n"
+      "ground: {points: {O: [0, 0, 0]}}\n"
+      "bodies:\n"
+      "  l1: {mass: 1.2, com: [0.1, 0.02, 0.03], inertia: [0.02, 0.02, 0.02], points: {O: [0, 0, 0], E: [0.3, 0, "
+      "0.05]}}\n"
+      "  l2: {mass: 0.8, com: [0.1, 0.01, -0.02], inertia: [0.01, 0.01, 0.01], points: {O: [0, 0, 0]}}\n"
+      "joints:\n"
+      "  J1: {type: revolute, axis: [0, 0, 1], connects: [ground.O, l1.O]}\n"
+      "  J2: {type: revolute, axis: [0, 1, 0], connects: [l1.E, l2.O]}\n"
+      "counterweights:\n"
+      "  w1: {body: l1, at: [{free: [-0.2, 0.2]}, {free: [-0.2, 0.2]}, {free: [-0.1, 0.1]}], mass: {free: [0, 20]}}\n"
+      "  w2: {body: l2, at: [{free: [-0.2, 0.2]}, {free: [-0.2, 0.2]}, {free: [-0.1, 0.1]}], mass: {free: [0, 20]}}\n"
+      "  v2: {body: l2, at: [-0.1, 0, {free: [-0.1, 0.1]}], mass: {free: [0, 20]}}\n"
+      "actuators: [J1, J2]\n"
+      "design: {goal: force, minimize: added-mass, choose: {counterweights: least}}\n"));
+  check_fewest(report, 2);
+  CHECK(report.outcome.objective == doctest::Approx(2.8).epsilon(proof_tolerance));
+  check_left_out(report);
+}
+
+TEST_CASE("what is left out stays left out when places follow the load") {
+  const std::string text =
+      replaced(replaced(file_text("rr-adaptive.yaml"), "counterweights:\n",
+                        "counterweights:\n  spare: {body: link1, at: [-0.3, 0], mass: {free: [0, 12]}}\n"),
+               "  goal: static\n", "  goal: static\n  minimize: added-mass\n  choose: {counterweights: least}\n");
+  const DesignReport report = find_design(read(text));
+  CHECK(report.outcome.status == DesignStatus::balanced);
+  CHECK(kept(report) == 0);
+  REQUIRE(report.adaptive);
+  CHECK(report.adaptive->law);
+}
+
+TEST_CASE("one place in all load cases is proved to be the best, and no better than in each case alone") {
+  const std::string arm =
+      replaced(replaced(replaced(file_text("rr-adaptive.yaml"), "mass: 12", "mass: {free: [0, 12]}"), "mass: 4",
+                        "mass: {free: [0, 4]}"),
+               "  goal: static\n  for: {mp: [0, 0.5, 1]}\n  adapt: [cw1.at, cw2.at]",
+               "  minimize: {rms: torque, along: bang-bang}");
+  const DesignReport both = find_design(read(arm + "  for: {mp: [0, 1]}\n"));
+  CHECK(both.outcome.optimality == balance::Optimality::proved_global);
+  for (const char* load : {"0", "1"}) {
+    const DesignReport alone = find_design(read(replaced(arm, "mp: 0.5", std::string("mp: ") + load)));
+    CHECK(alone.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(both.outcome.objective >= alone.outcome.objective * (1 - proof_tolerance));
+  }
+}

@@ -43,6 +43,7 @@ class AdaptiveStudy {
   AdaptiveReport report() const;
 
  private:
+  DesignSpace adapted_space(const DesignSpace& space, const VectorX& adapted) const;
   void find_law();
   AdaptedTable table() const;
   void find_value_ranges(AdaptiveReport& report) const;
@@ -97,10 +98,17 @@ bool AdaptiveStudy::is_within_bounds(const VectorX& adapted) const {
   return true;
 }
 
+/// A space in which only the adapted numbers are free; the design has made its choices.
+DesignSpace AdaptiveStudy::adapted_space(const DesignSpace& space, const VectorX& adapted) const {
+  DesignSpace result = space.fix_others(insert_adapted(adapted), loads().adapted);
+  result.start.design.cardinality.clear();
+  return result;
+}
+
 /// The varying loads become additional variables of the problem, after the adapted numbers.
 void AdaptiveStudy::find_law() {
   const VectorX anchor = case_values_.colwise().mean();
-  DesignSpace law_space = space_.fix_others(insert_adapted(anchor), loads().adapted);
+  DesignSpace law_space = adapted_space(space_, anchor);
   law_space.start.design.minimize.clear();
   std::vector<int> varied;
   for (std::size_t k = 0; k < loads().numbers.size(); ++k) {
@@ -129,8 +137,8 @@ void AdaptiveStudy::find_law() {
 
 VectorX AdaptiveStudy::adapted_values(const VectorX& load, const VectorX& initial_values) const {
   if (law_ && is_within_bounds(law_->evaluate(load))) return law_->evaluate(load);
-  const DesignSpace adapted_space = at_load(space_, load).fix_others(insert_adapted(initial_values), loads().adapted);
-  DesignProblem problem = make_design_problem(adapted_space, options_);
+  const DesignSpace space = adapted_space(at_load(space_, load), initial_values);
+  DesignProblem problem = make_design_problem(space, options_);
   const DesignOutcome outcome = solve_design(problem);
   return outcome.status == DesignStatus::unsolved ? initial_values : outcome.x;
 }
