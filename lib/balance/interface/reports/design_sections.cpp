@@ -312,7 +312,7 @@ Json effort_json(const SearchEffort& effort, bool interrupted) {
   const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
-          {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
+          {"same_end", nullptr},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
           {"ended_by", is_interrupted ? "interrupt" : termination_names[static_cast<int>(effort.termination)]}};
