@@ -48,6 +48,8 @@ struct DesignProblem {
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
   /// Solve with few starts and without proofs, as one of many problems.
   bool is_subproblem = false;
+  /// Search once, without asking whether independent starts agree: for one of several designs.
+  bool is_single_pass = false;
   std::optional<Objective> objective;  ///< minimised among exact solutions; also judges compromises
   std::vector<DesignLimit> limits;     ///< all must hold
   /// If set, the objective is the maximum violation of the model's convex limits relative to their bounds (or to 1, if
