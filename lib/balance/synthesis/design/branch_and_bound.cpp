@@ -282,6 +282,7 @@ DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& b
     variable.start = std::clamp(variable.start, variable.lower, variable.upper);
   }
   restricted.search.max_time = seconds;
+  restricted.is_single_pass = true;
   return restricted;
 }
 

@@ -139,6 +139,7 @@ VectorX AdaptiveStudy::adapted_values(const VectorX& load, const VectorX& initia
   if (law_ && is_within_bounds(law_->evaluate(load))) return law_->evaluate(load);
   const DesignSpace space = adapted_space(at_load(space_, load), initial_values);
   DesignProblem problem = make_design_problem(space, options_);
+  problem.is_single_pass = true;
   const DesignOutcome outcome = solve_design(problem);
   return outcome.status == DesignStatus::unsolved ? initial_values : outcome.x;
 }

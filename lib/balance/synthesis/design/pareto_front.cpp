@@ -197,6 +197,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
 /// Options with an equal share of the remaining time; unused time is left to later searches.
 DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
   DesignStudyOptions search_options = options_;
+  search_options.is_single_pass = true;
   const double remaining_time = options_.search.max_time - (thread_cpu_time() - start_time_);
   search_options.search.max_time =
       std::max(min_search_time, remaining_time / std::max(1, planned_searches_ - searches_));

@@ -4,6 +4,7 @@
 
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
 
 namespace balance {
 
@@ -47,6 +48,7 @@ struct SearchEffort {
     starts_exhausted,  ///< all starts were used
     proved,            ///< optimality was proved
     time_limit,        ///< the time limit was reached
+    starts_agree,      ///< enough independent starts ended at the best value
   };
   int starts = 0;  ///< number of starts for solving the conditions
   int local_searches = 0;
