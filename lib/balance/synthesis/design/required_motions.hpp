@@ -14,8 +14,9 @@ class RequiredMotions {
  public:
   explicit RequiredMotions(const Study& start);
 
-  /// Coordinates of the assembled initial mechanism; empty if it cannot be assembled.
-  const std::vector<CoordinateValue>& start_coordinates() const { return coordinates_; }
+  /// The mechanism of an instance, assembled in the mode that is followed or else as near as possible to the initial
+  /// mechanism.
+  Mechanism assembled_mechanism(DesignInstance instance, bool is_mode_followed) const;
   /// Why the first infeasible motion cannot be performed; empty if all are feasible.
   std::string infeasibility_reason(const DesignInstance& instance) const;
 
