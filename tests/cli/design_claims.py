@@ -124,7 +124,7 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
         self.assertEqual(result["optimality"], "stopped")
         self.assertGreater(value, 11)
         text = unwrapped(self.text_of(hurried))
-        self.assertRegex(text, r"optimality: stopped: .*not shown to be the best; search: \{seconds: 1\.2\} allows more")
+        self.assertRegex(text, r"optimality: stopped: .*not shown to be the best; --seconds 1\.2 allows more")
 
     # what has no value
 

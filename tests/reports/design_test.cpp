@@ -1,5 +1,6 @@
 #include "../files/hdf5_reader.hpp"
 #include "balance/interface/reports/design_sections.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "design_sample.hpp"
 
 #include <nlohmann/json.hpp>
@@ -89,7 +90,7 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
   }
   CHECK(design_text(view, one_line)
             .find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
-                  "search: {seconds: 240} allows more\n") != std::string::npos);
+                  "--seconds 240 allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {

@@ -10,6 +10,7 @@
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/status_names.hpp"
@@ -319,7 +320,7 @@ Json effort_json(const SearchEffort& effort, bool interrupted) {
   const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
-          {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
+          {"same_end", nullptr},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
           {"ended_by", is_interrupted ? "interrupt" : termination_names[static_cast<int>(effort.termination)]}};
@@ -482,8 +483,7 @@ std::string objective_line(const DesignReportData& view, const SpecUnits& units)
   if (view.objective_unit.empty() && has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
   for (const RobustTerm& one : view.report.robust) {
-    const DisplayUnit own =
-        find_display_unit(find_metric_unit(view.report.study_before.mechanism, one.term.quantity), units);
+    const DisplayUnit own = find_display_unit(unit_of_term(view.report.study_before.mechanism, one.term), units);
     text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
                         objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
                         number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
@@ -536,8 +536,7 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
                            search_summary, optimum);
       return fmt::format(
-          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; search: {{seconds: {:g}}} allows "
-          "more\n",
+          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; --seconds {:g} allows more\n",
           view.seconds, search_summary, optimum, 4 * view.seconds);
   }
   return "";
@@ -679,19 +678,30 @@ std::string conditions_table(const DesignReportData& view, const TextOptions& op
   return text.empty() ? "" : text + "\n";
 }
 
+bool has_balancing_elements(const Mechanism& mechanism) {
+  return !mechanism.discs.empty() ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(),
+                     [](const Attachment& one) { return one.kind == AttachmentKind::counterweight; });
+}
+
 std::string cost_text(const DesignReport& report, const SpecUnits& units) {
   const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
+  const auto describe_total = [](double before, double after, const DisplayUnit& unit) {
+    return fmt::format("{:.6g} {} before, {:.6g} {} after", unit.convert(before), unit.name, unit.convert(after),
+                       unit.name);
+  };
+  const std::string total_mass = describe_total(report.mass_before, report.mass_after, mass),
+                    total_inertia = describe_total(report.inertia_before, report.inertia_after, inertia);
+  if (!has_balancing_elements(report.study_after.mechanism) && report.added_mass == 0 && report.added_inertia == 0)
+    return fmt::format("moving mass     {}\nmoving inertia  {}\n", total_mass, total_inertia);
   const auto format_amount = [](double value, double scale, const DisplayUnit& unit) {
-    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value));
+    return (std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value))) + " " + unit.name;
   };
   return fmt::format(
-             "added mass     {0} {3} of counterweights and discs (everything that moves: {1:.6g} {3} before, {2:.6g} "
-             "{3} after)\n",
-             format_amount(report.added_mass, report.mass_after, mass), mass.convert(report.mass_before),
-             mass.convert(report.mass_after), mass.name) +
-         fmt::format("added inertia  {0} {3} of them (everything that moves: {1:.6g} {3} before, {2:.6g} {3} after)\n",
-                     format_amount(report.added_inertia, report.inertia_after, inertia),
-                     inertia.convert(report.inertia_before), inertia.convert(report.inertia_after), inertia.name);
+      "added mass     {} of counterweights and discs (everything that moves: {})\n"
+      "added inertia  {} of them (everything that moves: {})\n",
+      format_amount(report.added_mass, report.mass_after, mass), total_mass,
+      format_amount(report.added_inertia, report.inertia_after, inertia), total_inertia);
 }
 
 /// Notes on the motion, once if before and after have the same.
@@ -812,7 +822,7 @@ std::string design_text(const DesignReportData& view, const TextOptions& options
 namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
-  if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::RunMeasure::duration)
+  if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure)
     return objective_term_name(term);
   const std::string figure =
       fmt::format("{} of {} along {}", objective_term_name(term.figure), term.quantity, term.trajectory);
@@ -841,15 +851,6 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
     text += term_text(term);
   }
   return text;
-}
-
-std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
-  if (terms.size() != 1 || terms.front().weight != 1) return "";
-  const ObjectiveTerm& term = terms.front();
-  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
-  if (term.size != ObjectiveTerm::Size::none) return "kg";
-  if (term.run == ObjectiveTerm::RunMeasure::duration) return "s";
-  return find_metric_unit(mechanism, term.quantity);
 }
 
 int active_bound(const FreeNumber& number, double value) {

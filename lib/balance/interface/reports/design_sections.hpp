@@ -27,8 +27,6 @@ struct DesignReportData {
 
 /// Text of the objective.
 std::string objective_text(const std::vector<ObjectiveTerm>& terms);
-/// Unit of the objective; empty for several terms.
-std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
 /// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
 int active_bound(const FreeNumber& number, double value);

@@ -4,6 +4,7 @@
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/design/condition_dependence.hpp"

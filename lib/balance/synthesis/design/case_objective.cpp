@@ -56,9 +56,10 @@ class CaseFunction final : public DesignFunction {
   CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
                const FreeSprings& loose)
       : space_(space), reduction_(reduction), offsets_(case_offsets(space, loose)) {
+    MotionCache cache;
     for (std::size_t k = 0; k < space.cases.size(); ++k)
       case_objectives_.push_back(
-          build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose));
+          build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose, cache));
   }
 
   const std::vector<Objective>& case_objectives() const { return case_objectives_; }
@@ -179,7 +180,8 @@ Objective build_reduced_objective(const CaseSpace& space, const std::vector<Obje
   objective.name = case_objectives.front().name +
                    (reduction == CaseReduction::mean ? " on average over the cases" : " in the worst case");
   objective.unit = case_objectives.front().unit;
-  objective.is_convex = all([](const Objective& one) { return one.is_convex; });
+  objective.is_convex = reduction != CaseReduction::min && all([](const Objective& one) { return one.is_convex; });
+  objective.is_concave = reduction != CaseReduction::max && all([](const Objective& one) { return one.is_concave; });
   objective.is_secondary = all([](const Objective& one) { return one.is_secondary; });
   objective.lower_bound = case_objectives.front().lower_bound;
   objective.function = std::move(function);
@@ -237,8 +239,10 @@ bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggreg
 Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
                            const VectorX& x) const {
   std::vector<std::vector<AffineFigure>> case_figures;
+  MotionCache cache;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    Figures figures = compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x));
+    Figures figures =
+        compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x), cache);
     if (!figures) return std::nullopt;
     for (AffineFigure& figure : *figures)
       figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);
@@ -256,10 +260,11 @@ std::vector<FigureLimit> CaseFigures::select_convex_limits(const std::vector<Fig
 std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits,
                                                             const VectorX& x) const {
   std::vector<ConvexLimit> all;
+  MotionCache cache;
   for (const FigureLimit& limit : limits) {
     std::vector<ConvexLimit> case_limits;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
-      auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x));
+      auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x), cache);
       if (!case_limit) return std::nullopt;
       for (AffineFigure& figure : case_limit->front().figures)
         figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);

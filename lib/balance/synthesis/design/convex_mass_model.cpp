@@ -8,6 +8,7 @@
 #include "balance/synthesis/design/geometry_features.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -17,7 +18,7 @@ namespace balance::design {
 // Samples of points and directions.
 
 /// Maximum dimension of grids.
-inline constexpr int max_grid_dimension = 2;
+inline constexpr int max_grid_dimension = 3;
 /// A grid in the box [−1, 1]ⁿ including its boundary, as columns.
 MatrixX grid_points(int n);
 
@@ -25,10 +26,25 @@ MatrixX grid_points(int n);
 /// @param dimension 2 or 3
 MatrixX direction_samples(int dimension);
 
+/// Unit normals, as rows, of the facets of all Σ u_i edge_i with |u_i| ≤ 1, and both normals of every direction in which
+/// it is flat. No rows if the edges (columns) are not independent.
+MatrixX parallelotope_normals(const MatrixX& edges);
+
 namespace {
 
 /// Second differences below this fraction of the values are round-off.
 constexpr double nonlinearity_tolerance = 1e-9;
+
+/// The slopes of an affine function of the points; no columns if the function is not affine.
+/// @param points, values as columns
+MatrixX affine_edges(const MatrixX& points, const MatrixX& values) {
+  MatrixX basis(points.rows() + 1, points.cols());
+  basis << points, MatrixX::Ones(1, points.cols());
+  const MatrixX fit = values * basis.transpose() * (basis * basis.transpose()).inverse();
+  if (!(max_abs(values - fit * basis) <= nonlinearity_tolerance * max_abs(values))) return MatrixX(values.rows(), 0);
+  return fit.leftCols(points.rows());
+}
+
 }  // namespace
 
 ConvexMassModel::ConvexMassModel(const SolverContext& context, const VectorX& anchor,
@@ -184,7 +200,8 @@ bool ConvexMassModel::sample_com_positions(FirstMomentLift& lift, const VectorX&
   lift.radius = max_abs(lift.com_samples.colwise().norm());
   if (!((com_position(lift, other) - lift.com_samples.col(0)).norm() < 1e-9 * lift.radius)) return false;
   lift.variable_samples = points;
-  lift.directions = direction_samples(dimension_);
+  lift.directions = parallelotope_normals(affine_edges(points, lift.com_samples));
+  if (lift.directions.rows() == 0) lift.directions = direction_samples(dimension_);
   lift.support = row_maxima(lift.directions * lift.com_samples);
   lift.mass = std::max(std::abs(features(context_.classification.base)[lift.first]), 1e-12);
   return true;
@@ -318,20 +335,40 @@ VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unkn
 
 namespace {
 
-/// Grid points per dimension.
-constexpr int grid_points_1d = 65, grid_points_2d = 17;
+/// Grid points per axis in one, two and three dimensions.
+constexpr std::array<int, max_grid_dimension> grid_points_per_axis = {65, 17, 9};
+/// Smallest ratio of singular values of independent edges.
+constexpr double edge_rank_tolerance = 1e-6;
 
 }  // namespace
 
 MatrixX grid_points(int n) {
-  const int points_per_axis = n == 1 ? grid_points_1d : grid_points_2d;
-  const auto coordinate = [&](int k) { return -1 + 2.0 * k / (points_per_axis - 1); };
-  MatrixX points(n, n == 1 ? points_per_axis : points_per_axis * points_per_axis);
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    points(0, k) = coordinate(static_cast<int>(k) % points_per_axis);
-    if (n == 2) points(1, k) = coordinate(static_cast<int>(k) / points_per_axis);
+  const int points_per_axis = grid_points_per_axis[static_cast<std::size_t>(n - 1)];
+  Eigen::Index count = 1;
+  for (int i = 0; i < n; ++i) count *= points_per_axis;
+  MatrixX points(n, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    Eigen::Index rest = k;
+    for (int i = 0; i < n; ++i, rest /= points_per_axis)
+      points(i, k) = -1 + 2.0 * static_cast<double>(rest % points_per_axis) / (points_per_axis - 1);
   }
   return points;
+}
+
+MatrixX parallelotope_normals(const MatrixX& edges) {
+  const Eigen::Index dimension = edges.rows(), n = edges.cols();
+  if (n == 0 || n > dimension) return MatrixX(0, dimension);
+  const SingularValueDecomposition svd(edges, Eigen::ComputeFullU | Eigen::ComputeThinV);
+  const VectorX& s = svd.singularValues();
+  if (!(s[n - 1] > edge_rank_tolerance * s[0])) return MatrixX(0, dimension);
+  MatrixX normals(dimension, dimension);
+  normals.topRows(n) =
+      svd.matrixV() * s.cwiseInverse().asDiagonal() * svd.matrixU().leftCols(n).transpose();  // the pseudoinverse
+  normals.topRows(n).rowwise().normalize();
+  normals.bottomRows(dimension - n) = svd.matrixU().rightCols(dimension - n).transpose();
+  MatrixX both(2 * dimension, dimension);
+  both << normals, -normals;
+  return both;
 }
 
 MatrixX direction_samples(int dimension) {

@@ -66,10 +66,12 @@ class SpecDesignModel final : public DesignModel {
                        : balance::derive_conditions(mechanism, goals, options);
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    return compute_convex_terms(space_, terms_, loose_, sampling, x);
+    MotionCache cache;
+    return compute_convex_terms(space_, terms_, loose_, sampling, x, cache);
   }
   std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return compute_convex_limits(space_, convex_limits_, loose_, x);
+    MotionCache cache;
+    return compute_convex_limits(space_, convex_limits_, loose_, x, cache);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {

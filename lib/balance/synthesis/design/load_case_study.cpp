@@ -481,7 +481,14 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
   }
   std::string infeasibility_reason(const VectorX& x) const override {
-    return first_reason([&](std::size_t k) { return required_motions_[k].infeasibility_reason(instance_at(k, x)); });
+    std::vector<VectorX> tried;  // loads seldom change the motion
+    return first_reason([&](std::size_t k) -> std::string {
+      const DesignInstance instance = instance_at(k, x);
+      VectorX numbers = required_motions_[k].numbers(instance);
+      if (std::find(tried.begin(), tried.end(), numbers) != tried.end()) return "";
+      tried.push_back(std::move(numbers));
+      return required_motions_[k].infeasibility_reason(instance);
+    });
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
     return figures_->terms(terms_, across_, sampling, x);
@@ -527,7 +534,10 @@ DesignProblem LoadCaseStudy::make_problem() const {
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
   problem.variables = list_design_variables(cases.numbers);
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
-    for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
+    for (OptionalElement& element : choice.elements) {
+      element.variables = map_to_all_cases(cases, element.variables);
+      element.own_variables = map_to_all_cases(cases, element.own_variables);
+    }
   problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
   case_model_->build_figures(problem);

@@ -621,10 +621,7 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
   if (budget.solutions > 0 && target == SearchTarget::objective)
     parts.push_back(count_noun(budget.solutions, "exact design", "exact designs"));
   if (budget.geometries > 0) parts.push_back(count_noun(budget.geometries, "set of lengths", "sets of lengths"));
-  if (budget.local_searches > 0)
-    parts.push_back(
-        count_noun(budget.local_searches, "local search", "local searches") +
-        (budget.repeated_optima > 0 ? fmt::format(" ({} of them as good as the best)", budget.repeated_optima) : ""));
+  if (budget.local_searches > 0) parts.push_back(count_noun(budget.local_searches, "local search", "local searches"));
   if (budget.evaluations > 0) parts.push_back(count_noun(budget.evaluations, "evaluation", "evaluations"));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
@@ -633,9 +630,8 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
 
 SearchEffort make_search_effort(const SearchBudget& budget, SearchTarget target, bool proved) {
   using End = SearchEffort::Termination;
-  SearchEffort effort{
-      budget.starts,     budget.local_searches, budget.repeated_optima > 0 ? budget.repeated_optima : -1,
-      budget.geometries, budget.evaluations,    End::starts_exhausted};
+  SearchEffort effort{budget.starts,      budget.local_searches, budget.geometries,
+                      budget.evaluations, budget.ends,           End::starts_exhausted};
   const bool has_searched = budget.starts + budget.local_searches + budget.geometries + budget.evaluations > 0;
   effort.termination = proved                            ? End::proved
                        : budget.stopped                  ? End::time_limit

@@ -5,6 +5,7 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
+#include "balance/synthesis/design/limit_relaxation.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
@@ -86,26 +87,8 @@ namespace {
 
 using namespace design;
 
-/// Limits with a violation above minus this are active.
-constexpr double active_limit_tolerance = 1e-5;
-
 bool is_success(const DesignOutcome& outcome) {
   return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
-}
-
-/// Sets the figures of the limits and whether they are kept.
-void evaluate_limits(const DesignProblem& problem, DesignOutcome& outcome) {
-  outcome.limits.clear();
-  double worst = -std::numeric_limits<double>::infinity();
-  for (const DesignLimit& limit : problem.limits) {
-    LimitOutcome limit_outcome;
-    limit_outcome.value = evaluate_figure(problem, limit.figure, outcome.x);
-    limit_outcome.violation = relative_violation(limit, limit_outcome.value);
-    limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
-    outcome.limits.push_back(limit_outcome);
-    if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;
-  }
-  outcome.within_limits = worst <= limit_tolerance;
 }
 
 /// Solves a design with limits. First searches from the start values. If this fails, or ends without a possible proof
@@ -240,9 +223,12 @@ DesignOutcome solve_continuous(const DesignProblem& problem) {
   const auto search = [](const DesignProblem& one) {
     return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
   };
-  DesignOutcome outcome = search(problem);
-  bound_by_relaxation(problem, outcome, search);
-  return outcome;
+  const auto solve = [&](const DesignProblem& one) {
+    DesignOutcome outcome = search(one);
+    bound_by_relaxation(one, outcome, search);
+    return outcome;
+  };
+  return problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
 }
 
 /// What is done with a design after every kind of search: ties are broken, what may still change is found, and bounds

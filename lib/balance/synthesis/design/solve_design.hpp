@@ -50,9 +50,9 @@ struct SearchEffort {
   };
   int starts = 0;  ///< number of starts for solving the conditions
   int local_searches = 0;
-  int repeated_optima = -1;  ///< local searches over lengths that ended at the best value; −1: none
   int geometries = 0;        ///< number of sets of lengths at which the masses were solved for
   int evaluations = 0;       ///< of the objective
+  std::vector<double> ends;  ///< values of the objective at the ends of independent starts; NaN: without a design
   Termination termination = Termination::not_searched;
 };
 

@@ -16,6 +16,8 @@ using namespace design;
 
 /// Maximum numbers of exact solutions from which the objective is optimised, if several are needed.
 constexpr int max_exact_starts = 6, max_simulated_starts = 2, max_subproblem_starts = 2;
+/// Difference from a proved lower bound at which a design counts as optimal, relative to its value.
+constexpr double bound_tolerance = 1e-7;
 
 class SingleSolver {
  public:
@@ -178,6 +180,7 @@ class SingleSolver {
   VectorX search(const NonlinearSystem& equations, const Exact& exact, bool convex,
                  const std::function<bool()>& proved_impossible) {
     if (context_.problem.goals.empty()) return snap(equations, minimise_objective(start_));
+    if (const auto u = find_solution_at_bound(equations, exact)) return snap(equations, *u);
     ExactSolutions exact_solutions =
         find_exact_solutions(context_, equations, exact_search_options(convex, proved_impossible));
     const auto restore = [&](const VectorX& u) { return refine_solution(equations, u, exact); };
@@ -207,6 +210,20 @@ class SingleSolver {
     target_ = SearchTarget::objective;
     return snap(equations,
                 record_optimum(optimise_solutions(equations, linear, restore, exact_solutions.solutions, convex)));
+  }
+
+  /// The exact solution next to the start if it attains the proved lower bound of the problem.
+  std::optional<VectorX> find_solution_at_bound(const NonlinearSystem& equations, const Exact& exact) {
+    const double bound = context_.problem.proved_lower_bound;
+    if (!objective_ || !std::isfinite(bound) || has_unmet_own_condition()) return std::nullopt;
+    const VectorX u = refine_solution(equations, start_, exact);
+    if (!is_exact(context_, equations, u)) return std::nullopt;
+    const double value = (*objective_)(u, nullptr);
+    if (!(value - bound <= bound_tolerance * std::abs(value) + objective_->round_off())) return std::nullopt;
+    target_ = SearchTarget::objective;
+    outcome_.lower_bound = std::min(bound, value);
+    is_proved_optimal_ = true;
+    return u;
   }
 
   bool finite_value(const VectorX& u) const { return std::isfinite((*objective_)(u, nullptr)); }
