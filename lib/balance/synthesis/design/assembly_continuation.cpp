@@ -26,8 +26,8 @@ namespace {
 /// with which the corrector stays in its mode. Source of the ratio: Deuflhard, Newton Methods for Nonlinear Problems,
 /// Springer 2004, section 5.1 (affine covariant continuation, contraction at most 1/4).
 constexpr double max_corrector_step = 0.4, max_contraction = 0.25;
-/// Steps below this are round-off.
-constexpr double negligible_step = 1e-9;
+/// Steps below these need no contraction, or are round-off.
+constexpr double negligible_step = 1e-9, round_off_step = 1e-13;
 /// Smallest part of the way that is tried in one step, and the number of steps.
 constexpr double min_fraction = 1.0 / 512;
 constexpr int max_steps = 400;
@@ -225,6 +225,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
       if (!residual.allFinite() || !jacobian.allFinite()) return std::nullopt;
       const VectorX step = qr.compute(jacobian).solve(residual);
       const double size = max_abs(step);
+      if (iteration == 0 && size <= round_off_step) return from;  // only masses differ
       if (!(size <= std::max(max_contraction * previous, negligible_step))) return std::nullopt;
       y -= scale.cwiseProduct(step);
       previous = size;
