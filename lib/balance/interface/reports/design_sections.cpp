@@ -239,6 +239,13 @@ const char* name_of(FreeNumber::StartSource source) {
   return "";
 }
 
+/// Why a length or ratio cannot change further; null if it can.
+Json edge_json(const DesignReport& report, int number) {
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    if (edge.variable == number) return {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
+  return nullptr;
+}
+
 Json numbers_list(const DesignReport& report) {
   Json list = Json::array();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
@@ -253,7 +260,8 @@ Json numbers_list(const DesignReport& report) {
                     {"before_from", name_of(number.start_source)},
                     {"value", value},
                     {"sizes", number.discrete_values.empty() ? Json(nullptr) : Json(number.discrete_values)},
-                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});
+                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))},
+                    {"at_edge", edge_json(report, static_cast<int>(i))}});
   }
   return list;
 }
@@ -806,8 +814,18 @@ std::string losses_text(const TrajectoryComparison& comparison) {
   return text + "\n";
 }
 
-std::string notes_text(const DesignReportData& view) {
+/// "parameters.b: no larger value is possible ('go' cannot be followed: …)"
+std::string edges_text(const DesignReport& report) {
   std::string text;
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    text += fmt::format("note: {} is at the end of what can be assembled and moved; with a slightly {} value: {}\n",
+                        report.free_numbers[static_cast<std::size_t>(edge.variable)].key_path,
+                        edge.is_upper ? "larger" : "smaller", edge.reason);
+  return text;
+}
+
+std::string notes_text(const DesignReportData& view) {
+  std::string text = edges_text(view.report);
   for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
                             &view.conditions.names.notes})
     for (const std::string& note : *notes)

@@ -407,6 +407,19 @@ void map_solution_set(const CaseSpace& cases, SolutionSet& solution_set) {
   solution_set.free_variables = std::move(numbers);
 }
 
+/// The same for the edges at which the design lies; lengths shared by all cases have one edge.
+void map_edges(const CaseSpace& cases, std::vector<FeasibilityEdge>& edges) {
+  std::vector<FeasibilityEdge> mapped;
+  for (FeasibilityEdge& edge : edges)
+    for (const auto& position : cases.variable_index)
+      if (const auto at = std::find(position.begin(), position.end(), edge.variable); at != position.end()) {
+        edge.variable = static_cast<int>(at - position.begin());
+        mapped.push_back(std::move(edge));
+        break;
+      }
+  edges = std::move(mapped);
+}
+
 /// Conditions, residuals and unmet conditions at the nominal load.
 void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& evaluator, const FreeSprings& loose,
                                  DesignOutcome& outcome) {
@@ -469,8 +482,8 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   Mechanism build_mechanism(const VectorX& x) const override {
     std::vector<Mechanism> all;
     for (std::size_t k = 0; k < required_motions_.size(); ++k)
-      all.push_back(
-          label_elements(assembled_at(instance_at(k, x).mechanism, required_motions_[k].start_coordinates()), k));
+      all.push_back(label_elements(
+          required_motions_[k].assembled_mechanism(instance_at(k, x), space_.cases[k].assembly_mode != nullptr), k));
     return disjoint_union(all);
   }
   std::string invalidity_reason(const VectorX& x) const override {
@@ -561,6 +574,7 @@ void LoadCaseStudy::describe(DesignReport& report) const {
   const VectorX all_values = outcome.x;
   const LoadCaseEvaluator evaluator(conditions_problem_, options_.compare_trajectories);
   map_solution_set(cases(), outcome.solution_set);
+  map_edges(cases(), outcome.edges);
   outcome.x = cases().values(0, all_values);
   std::optional<AdaptiveStudy> adaptive;
   if (!loads.adapted.empty()) {

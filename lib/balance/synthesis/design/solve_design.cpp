@@ -364,12 +364,15 @@ class DesignCompletion {
     if (is_success && !budget_.is_spent())
       outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
                                                   unit_coordinates(outcome.x));
+    if (is_success) find_edges(outcome);
     budget_.finish_search();
     if (problem_.objective && outcome.lower_bound < problem_.objective->lower_bound)
       outcome.lower_bound = problem_.objective->lower_bound;
   }
 
  private:
+  /// Step in unit coordinates, larger than the accuracy of the searches.
+  static constexpr double edge_step = 2e-3;
   /// Time that is granted even if the search has used up its own.
   static constexpr double min_time_fraction = 0.02;
 
@@ -386,6 +389,23 @@ class DesignCompletion {
 
   VectorX break_ties(const DesignOutcome& outcome) const {
     return design::break_ties(context_, *objective_, outcome.conditions, unit_coordinates(outcome.x));
+  }
+
+  /// Tries slightly larger and smaller lengths.
+  void find_edges(DesignOutcome& outcome) const {
+    const VectorX u = unit_coordinates(outcome.x);
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      if (!context_.classification.is_geometric[static_cast<std::size_t>(i)] ||
+          !problem_.variables[static_cast<std::size_t>(i)].discrete_values.empty())
+        continue;
+      for (const double step : {edge_step, -edge_step}) {
+        VectorX moved = u;
+        moved[i] += step;
+        if (std::abs(moved[i]) > 1 || context_.budget.is_spent()) continue;
+        if (std::string reason = context_.infeasibility_reason(moved); !reason.empty() && !context_.budget.stopped)
+          outcome.edges.push_back({i, step > 0, std::move(reason)});
+      }
+    }
   }
 
   /// Replaces the numbers of a design by those of an equal one.

@@ -65,6 +65,14 @@ struct LimitOutcome {
   bool is_active = false;                                   ///< no margin, or violated
 };
 
+/// A length or ratio that cannot change further although its bounds would permit it: the mechanism cannot be assembled
+/// there, leaves its assembly mode or cannot complete its motion.
+struct FeasibilityEdge {
+  int variable = 0;
+  bool is_upper = false;  ///< whether larger values are infeasible; else smaller ones
+  std::string reason;
+};
+
 /// The elements that were kept.
 struct ElementSelection {
   std::vector<std::vector<bool>> kept;  ///< for each of the problem's choices and its elements
@@ -95,6 +103,7 @@ struct DesignOutcome {
   SolutionSet solution_set;           ///< of equivalent designs
   std::vector<LimitOutcome> limits;   ///< in the order of the problem
   bool within_limits = true;
+  std::vector<FeasibilityEdge> edges;         ///< at which the design lies
   std::optional<ElementSelection> selection;  ///< if there were choices
   /// If the limits are violated: proved lower bound of the violation of the worst limit.
   double min_violation_bound = std::numeric_limits<double>::quiet_NaN();
