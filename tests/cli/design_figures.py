@@ -16,14 +16,14 @@ ground: {{points: {{O: [0, 0{z}], X: [0, 0{z}], S: [-0.3, 0.1{z}], M: [0.2, 0.3{
 bodies:
   crank: {{mass: 2, com: [0.03, 0.01{z}], {crank}, points: {{O: [0, 0{z}], E: [a, 0{z}], W: [-0.05, 0{z}]}}}}
   rod: {{mass: 1.5, com: [0.1, 0.01{z}], {rod}, points: {{E: [0, 0{z}], P: [bore, 0{z}], K: [0.1, 0.05{z}]}}}}
-  piston: {{mass: 1, {piston}, points: {{C: [0, 0{z}]}}}}
+  piston: {{mass: 1, com: [0, 0{z}], {piston}, points: {{C: [0, 0{z}]}}}}
 joints:
   A: {{type: revolute, connects: [ground.O, crank.O]{axis}}}
   B: {{type: revolute, connects: [crank.E, rod.E]{axis}}}
   C: {{type: revolute, connects: [rod.P, piston.C]{axis}}}
   X: {{type: prismatic, connects: [ground.X, piston.C], axis: [1, 0{z}]}}
 actuators: [A]
-springs: {{s: {{connects: [ground.S, rod.K], stiffness: 40, free_length: 0.1}}}}
+springs: {{s: {{between: [ground.S, rod.K], stiffness: 40, free_length: 0.1}}}}
 counterweights:
   w: {{body: crank, at: [{place}, 0{z}], mass: {{free: [0, 4], start: 1}}}}
   v: {{body: rod, at: [-0.08, 0.02{z}], mass: {{free: [0, 4], start: 0.5}}}}
@@ -57,19 +57,20 @@ class Figures(Case):
         self.assertEqual(done.returncode, code, done.stderr + done.stdout)
         return json.loads(done.stdout)
 
-    def holds(self, requirement):
+    def require(self, requirements):
         """Of the written design, computed anew."""
         spec = self.path("out.yaml")
-        done = run("compare", f"{spec}:cycloid", f"{spec}:turn", "--require", requirement, "--json")
-        self.assertIn(done.returncode, (0, 1), done.stderr)
-        return json.loads(done.stdout)["all_hold"]
+        options = [word for one in requirements for word in ("--require", one)]
+        done = run("compare", f"{spec}:cycloid", f"{spec}:turn", *options)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def compare_with_run(self, found):
+        requirements = []
         for limit in found["constraints"]:
-            name = limit["text"].split("<=")[0].split(">=")[0].strip()
+            name = limit["text"].split("<=")[0].strip()
             # a relative 1e-9 of the value, and of a unit where it vanishes
-            self.assertTrue(self.holds(f"abs({name} - ({limit['value']!r})) <= {1e-9 * max(1, abs(limit['value']))}"),
-                            f"{name}: {limit['value']}")
+            requirements.append(f"abs({name} - ({limit['value']!r})) <= {1e-9 * max(1, abs(limit['value']))}")
+        self.require(requirements)
 
     def test_figures_are_those_of_the_run_where_the_motion_is_fixed(self):
         for spatial in (False, True):
@@ -88,32 +89,32 @@ class Figures(Case):
                          '[{rms: "shaking_force.x", along: turn}]'):
             objectives.append(self.design(engine(f"minimize: {minimize}"))["objective"]["value"])
         self.assertEqual(len(set(objectives)), 1)
-        self.assertTrue(self.holds(f"abs(rms(shaking_force[x], turn) - ({objectives[0]!r})) <= 1e-9 * {objectives[0]!r}"))
+        self.require([f"abs(rms(shaking_force[x], turn) - {objectives[0]!r}) <= 1e-9 * {objectives[0]!r}"])
         front = engine('front: {of: [{rms: "shaking_force[x]", along: turn}, {peak: "joint_force[B][y]", along: turn}], points: 3}')
         done = run("design", self.write("front.yaml", front), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         figures = json.loads(done.stdout)["front"]["figures"]
         self.assertEqual([figure["unit"] for figure in figures], ["N", "N"])
-        self.assertIn("rms(shaking_force[x])", figures[0]["name"])
+        self.assertIn("rms of shaking_force[x]", figures[0]["name"])
 
     def test_limits_on_reactions_and_signed_extremes_are_proved(self):
         free = self.design(engine("minimize: {rms: shaking_force, along: turn}"))
-        self.assertEqual(free["objective"]["optimality"], "proved-best")
+        self.assertEqual(free["optimality"], "proved-best")
         for figure in ("peak(joint_force[B], turn)", "maximum(joint_force[A][x], turn)", "peak(shaking_force[y], turn)",
                        "rms(shaking_moment about ground.M, turn)", "range(joint_force[B][x], turn)"):
             loose = self.design(engine(f'minimize: {{rms: shaking_force, along: turn}}, subject_to: "{figure} <= 1e6"'))
             value = loose["constraints"][0]["value"]
             limited = self.design(engine(
-                f'minimize: {{rms: shaking_force, along: turn}}, subject_to: "{figure} <= {value - 0.02 * abs(value)!r}"'))
-            self.assertEqual(limited["objective"]["optimality"], "proved-best", figure)
+                f'minimize: {{rms: shaking_force, along: turn}}, subject_to: "{figure} <= {value - 5e-4 * abs(value)!r}"'))
+            self.assertEqual(limited["optimality"], "proved-best", figure)
             self.assertTrue(limited["constraints"][0]["kept"], figure)
-            self.assertGreater(limited["objective"]["value"], free["objective"]["value"] * (1 + 1e-9), figure)
+            self.assertGreater(limited["objective"]["value"], free["objective"]["value"], figure)
 
     def test_a_limit_that_no_proof_covers_does_not_cost_the_proof(self):
         free = self.design(engine("minimize: {rms: shaking_force, along: turn}"))
         for limit in ("peak(com_acceleration, turn) <= 1e6", "rms(shaking_moment_com, turn) >= 1e-6"):
             found = self.design(engine(f'minimize: {{rms: shaking_force, along: turn}}, subject_to: "{limit}"'))
-            self.assertEqual(found["objective"]["optimality"], "proved-best", limit)
+            self.assertEqual(found["optimality"], "proved-best", limit)
             self.assertAlmostEqual(found["objective"]["value"], free["objective"]["value"],
                                    delta=1e-6 * free["objective"]["value"])
 
@@ -126,7 +127,7 @@ class Figures(Case):
         for text, wrong, words in (
                 ('subject_to: "peak(joint_force[Q][x], turn) <= 1"', "joint_force[Q][x]", "joint_force"),
                 ('subject_to: "peak(shaking_force[z], turn) <= 1"', "shaking_force[z]", "only x and y"),
-                ('subject_to: "peak(shaking_moment about ground.N, turn) <= 1"', "ground.N", "a point of ground"),
+                ('subject_to: "peak(shaking_moment about ground.N, turn) <= 1"', "ground.N", "a point of ground (O"),
                 ('subject_to: "peak(shaking_moment about rod.P, turn) <= 1"', "rod.P", "a point of the ground"),
                 ('subject_to: "maximum(distance[rod.P, crank.Q], turn) <= 1"', "crank.Q", "a point of crank"),
                 ('minimize: {rms: "shaking_force[w]", along: turn}', "shaking_force[w]", "only x and y")):

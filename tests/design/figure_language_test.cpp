@@ -24,14 +24,14 @@ ground: {points: {O: [0, 0], X: [0, 0], S: [-0.3, 0.1], M: [0.2, 0.3]}}
 bodies:
   crank: {mass: 2, com: [0.03, 0.01], inertia: 0.01, points: {O: [0, 0], E: [a, 0]}}
   rod: {mass: 1.5, com: [0.1, 0.01], inertia: 0.01, points: {E: [0, 0], P: [0.4, 0], K: [0.1, 0.05]}}
-  piston: {mass: 1, inertia: 0.01, points: {C: [0, 0]}}
+  piston: {mass: 1, com: [0, 0], inertia: 0.01, points: {C: [0, 0]}}
 joints:
   A: {type: revolute, connects: [ground.O, crank.O]}
   B: {type: revolute, connects: [crank.E, rod.E]}
   C: {type: revolute, connects: [rod.P, piston.C]}
   X: {type: prismatic, connects: [ground.X, piston.C], axis: [1, 0]}
 actuators: [A]
-springs: {s: {connects: [ground.S, rod.K], stiffness: 40, free_length: 0.1}}
+springs: {s: {between: [ground.S, rod.K], stiffness: 40, free_length: 0.1}}
 counterweights:
   w: {body: crank, at: [-0.06, 0], mass: {free: [0, 4], start: 1}}
   v: {body: rod, at: [-0.08, 0.02], mass: {free: [0, 4], start: 0.5}}

@@ -74,6 +74,7 @@ class TextPart {
     begin_ = begin;
     node_.text = text.substr(begin, end - begin);
     node_.place.column += static_cast<int>(begin) + (node_.is_quoted ? 1 : 0);
+    node_.is_quoted = false;  // the place is that of the text
   }
   SpecCursor cursor() const { return {node_, whole_.path(), whole_.problems()}; }
   const std::string& text() const { return node_.text; }

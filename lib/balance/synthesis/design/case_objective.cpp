@@ -55,7 +55,11 @@ class CaseFunction final : public DesignFunction {
  public:
   CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
                const FreeSprings& loose)
-      : space_(space), reduction_(reduction), offsets_(case_offsets(space, loose)) {
+      : space_(space),
+        reduction_(reduction),
+        term_count_(terms.size()),
+        is_range_(terms.front().size == ObjectiveTerm::Size::none && terms.front().figure == Statistic::range),
+        offsets_(case_offsets(space, loose)) {
     MotionCache cache;
     for (std::size_t k = 0; k < space.cases.size(); ++k)
       case_objectives_.push_back(
@@ -71,6 +75,45 @@ class CaseFunction final : public DesignFunction {
   }
   double evaluate(const VectorX& at, VectorX* gradient) const override {
     return domain() == Domain::parameters ? evaluate_parameters(at, gradient) : evaluate_variables(at);
+  }
+  /// The worst of several maxima is one maximum, but the worst of sums of maxima is none.
+  bool has_max_terms() const override {
+    const bool is_single = term_count_ == 1 && !is_range_;
+    return (reduction_ == CaseReduction::mean || (reduction_ == CaseReduction::max && is_single)) &&
+           std::all_of(case_objectives_.begin(), case_objectives_.end(),
+                       [](const Objective& one) { return one.function->has_max_terms(); });
+  }
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& x) const override {
+    std::vector<MaxTerm> all;
+    for (std::size_t k = 0; k < case_objectives_.size(); ++k) {
+      std::optional<std::vector<MaxTerm>> terms = case_objectives_[k].function->max_terms(space_.values(k, x));
+      if (!terms) return std::nullopt;
+      for (MaxTerm& term : *terms) {
+        const MatrixX own = term.jacobian;
+        term.jacobian.setZero(own.rows(), x.size());
+        term.jacobian(Eigen::all, space_.variable_index[k]) = own;
+        if (reduction_ == CaseReduction::mean) term.weight /= static_cast<double>(size());
+        if (reduction_ == CaseReduction::mean || all.empty())
+          all.push_back(std::move(term));
+        else
+          append(term, all.front());
+      }
+    }
+    return all;
+  }
+  /// Of the worst case, if the cases have no common maximum.
+  std::optional<VectorX> gradient(const VectorX& x) const override {
+    if (has_max_terms()) return max_term_gradient(max_terms(x), x.size());
+    if (reduction_ == CaseReduction::mean || domain() == Domain::parameters) return std::nullopt;
+    const VectorX values = case_values(x);
+    if (!values.allFinite()) return std::nullopt;
+    const auto worst =
+        static_cast<std::size_t>(reduction_ == CaseReduction::min ? min_index(values) : max_index(values));
+    const std::optional<VectorX> own = case_objectives_[worst].function->gradient(space_.values(worst, x));
+    if (!own) return std::nullopt;
+    VectorX gradient = VectorX::Zero(x.size());
+    gradient(space_.variable_index[worst]) = *own;
+    return gradient;
   }
   std::string failure_reason(const VectorX& x) const override {
     for (std::size_t k = 0; k < case_objectives_.size(); ++k)
@@ -96,7 +139,9 @@ class CaseFunction final : public DesignFunction {
     return reduce(values);
   }
 
-  double evaluate_variables(const VectorX& x) const {
+  double evaluate_variables(const VectorX& x) const { return reduce(case_values(x)); }
+
+  VectorX case_values(const VectorX& x) const {
     VectorX values(size());
     for (std::size_t k = 0; k < case_objectives_.size(); ++k) {
       const VectorX case_values = space_.values(k, x);
@@ -106,7 +151,17 @@ class CaseFunction final : public DesignFunction {
               : case_values,
           nullptr);
     }
-    return reduce(values);
+    return values;
+  }
+
+  /// Appends the functions of one maximum to those of another of the same weight.
+  static void append(const MaxTerm& term, MaxTerm& all) {
+    VectorX values(all.values.size() + term.values.size());
+    values << all.values, term.values;
+    MatrixX jacobian(values.size(), all.jacobian.cols());
+    jacobian << all.jacobian, term.jacobian;
+    all.values = std::move(values);
+    all.jacobian = std::move(jacobian);
   }
   Eigen::Index size() const { return static_cast<Eigen::Index>(case_objectives_.size()); }
   double reduce(const VectorX& values) const {
@@ -117,6 +172,8 @@ class CaseFunction final : public DesignFunction {
 
   CaseSpace space_;
   CaseReduction reduction_;
+  std::size_t term_count_;
+  bool is_range_;  ///< of the first term: a sum of two maxima
   std::vector<CaseOffsets> offsets_;
   std::vector<Objective> case_objectives_;
 };

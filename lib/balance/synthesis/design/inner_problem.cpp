@@ -98,7 +98,7 @@ bool InnerProblem::add_figures(const VectorX& u, InnerData& data) const {
   int l = 0;
   for (const ConvexLimit& limit : *limits) {
     const double scale = limit.bound != 0 ? std::abs(limit.bound) : 1;
-    data.limit_bounds[l] = limit.bound / scale - (limit.bound > 0 ? limit_margin_ : 0);
+    data.limit_bounds[l] = limit.bound / scale - (limit.bound != 0 ? limit_margin_ : 0);
     for (const AffineFigure& figure : limit.figures)
       data.figures.push_back({express_in_unknowns(figure, data.terms), scale, l});
     ++l;

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/force_regressor.hpp"
@@ -167,7 +168,8 @@ CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstan
     return {};
   if (is_mass_dependent(trajectory) || !is_motion_fixed(space, start, term, loose)) return {};
   if (!is_moment_point_fixed(space, start, term)) return {};
-  const std::string key = fmt::format("{} {} {}", objective_term_name(term.figure), term.quantity, trajectory.samples);
+  const std::string key =
+      fmt::format("{} {} {} {}", trajectory.name, objective_term_name(term.figure), term.quantity, trajectory.samples);
   return cache
       .find(start.mechanism, trajectory, key,
             [&](MotionCache::Entry& entry) {
@@ -343,7 +345,13 @@ CostFunction make_constant_cost(double value) {
   };
 }
 
-constexpr long max_coarse_samples = 201;
+/// The fewest samples whose times, at least min_time_steps, are among those of all samples. A peak over them then is at
+/// most the peak, so that what it proves holds.
+long coarse_sample_count(long samples) {
+  for (long steps = min_time_steps; steps < samples - 1; ++steps)
+    if ((samples - 1) % steps == 0) return steps + 1;
+  return samples;
+}
 
 /// One term; std::nullopt if the trajectory cannot be followed.
 std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, const ObjectiveTerm& term,
@@ -354,8 +362,8 @@ std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, con
     return figure;
   }
   Trajectory trajectory = find_trajectory(instance, term);
-  if (samples == FigureSampling::coarse) trajectory.samples = std::min(trajectory.samples, max_coarse_samples);
-  const std::string key = fmt::format("{} {}", term.quantity, trajectory.samples);
+  if (samples == FigureSampling::coarse) trajectory.samples = coarse_sample_count(trajectory.samples);
+  const std::string key = fmt::format("{} {} {}", trajectory.name, term.quantity, trajectory.samples);
   const MotionCache::Entry& entry = cache.find(instance.mechanism, trajectory, key, [&](MotionCache::Entry& made) {
     made.rows = TrajectoryCost(instance.mechanism, trajectory, loose).rows(term.quantity);
   });
