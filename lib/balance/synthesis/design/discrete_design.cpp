@@ -157,26 +157,11 @@ class DiscreteDesign {
                        !(outcome.within_limits == design.outcome.within_limits) ||
                        (problem_.objective && outcome.objective > equal_figure_bound(design.outcome.objective));
     if (worse) outcome = design.outcome;
-    remove_fixed_variables(restricted, outcome.solution_set);
     const VectorX start = start_values();
     if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
     if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
       outcome.objective = 0;
     return outcome;
-  }
-
-  /// Removes fixed variables, which do not count as freedom.
-  static void remove_fixed_variables(const DesignProblem& problem, SolutionSet& solution_set) {
-    const auto is_fixed = [&](int i) {
-      const DesignVariable& variable = problem.variables[static_cast<std::size_t>(i)];
-      return variable.lower == variable.upper;
-    };
-    const int count = static_cast<int>(
-        std::count_if(solution_set.free_variables.begin(), solution_set.free_variables.end(), is_fixed));
-    std::erase_if(solution_set.free_variables, is_fixed);
-    if (solution_set.dimension >= 0) solution_set.dimension = std::max(0, solution_set.dimension - count);
-    if (solution_set.optimal_dimension >= 0)
-      solution_set.optimal_dimension = std::max(0, solution_set.optimal_dimension - count);
   }
 
   VectorX start_values() const {

@@ -349,11 +349,11 @@ DesignOutcome solve_continuous(const DesignProblem& problem) {
 class DesignCompletion {
  public:
   /// @param seconds left for the search
-  DesignCompletion(const DesignProblem& problem, double seconds)
-      : problem_(problem),
-        budget_(std::max(seconds, min_time_fraction * problem.search.max_time), problem.on_progress),
-        context_(problem, budget_) {
-    if (problem.objective) objective_.emplace(context_, *problem.objective);
+  DesignCompletion(DesignProblem problem, double seconds)
+      : problem_(std::move(problem)),
+        budget_(std::max(seconds, min_time_fraction * problem_.search.max_time), problem_.on_progress),
+        context_(problem_, budget_) {
+    if (problem_.objective) objective_.emplace(context_, *problem_.objective);
   }
 
   void complete(DesignOutcome& outcome) {
@@ -431,13 +431,12 @@ class DesignCompletion {
     outcome.residuals_after =
         scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
     if (!problem_.limits.empty()) evaluate_limits(problem_, outcome);
-    if (outcome.selection) outcome.selection->kept = BranchingRule(problem_, 0).kept_elements(outcome.x);
   }
 
   /// Differences below this, relative to the range, are the round-off of unit coordinates.
   static constexpr double rounding_tolerance = 1e-14;
 
-  const DesignProblem& problem_;
+  const DesignProblem problem_;
   SearchBudget budget_;
   SolverContext context_;
   std::optional<ScaledObjective> objective_;
@@ -451,9 +450,19 @@ DesignOutcome solve_design(const DesignProblem& problem) {
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   const double start_time = thread_cpu_time();
   DesignOutcome outcome = is_discrete(problem) ? solve_discrete(problem) : solve_continuous(problem);
-  if (!problem.is_subproblem && outcome.x.size() > 0 && outcome.status != DesignStatus::unsolved &&
-      outcome.status != DesignStatus::no_feasible_start)
-    DesignCompletion(problem, problem.search.max_time - (thread_cpu_time() - start_time)).complete(outcome);
+  if (problem.is_subproblem || outcome.x.size() == 0 || outcome.status == DesignStatus::unsolved ||
+      outcome.status == DesignStatus::no_feasible_start)
+    return outcome;
+  const double seconds = problem.search.max_time - (thread_cpu_time() - start_time);
+  if (!is_discrete(problem)) {
+    DesignCompletion(problem, seconds).complete(outcome);
+    return outcome;
+  }
+  // sizes and choices stay as they were decided
+  const BranchingRule branching(problem, 0);
+  DesignCompletion(restrict_to_node(problem, branching.node_of(outcome.x), problem.search.max_time), seconds)
+      .complete(outcome);
+  if (outcome.selection) outcome.selection->kept = branching.kept_elements(outcome.x);
   return outcome;
 }
 

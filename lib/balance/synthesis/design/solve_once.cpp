@@ -18,6 +18,9 @@ using namespace design;
 constexpr int max_exact_starts = 6, max_simulated_starts = 2, max_subproblem_starts = 2;
 /// Difference from a proved lower bound at which a design counts as optimal, relative to its value.
 constexpr double bound_tolerance = 1e-7;
+/// Distance from a bound, in unit coordinates, that is an error of a cone program, and the change of a figure, relative
+/// to its value, that this may cause.
+constexpr double vertex_tolerance = 1e-6, vertex_value_tolerance = 1e-9;
 
 class SingleSolver {
  public:
@@ -212,13 +215,44 @@ class SingleSolver {
                 record_optimum(optimise_solutions(equations, linear, restore, exact_solutions.solutions, convex)));
   }
 
+  /// Moves numbers next to their bounds onto them and solves the conditions for the others: a cone program ends next to
+  /// the bounds.
+  static VectorX solve_on_bounds(const NonlinearSystem& equations, const VectorX& u) {
+    std::vector<int> inner;
+    VectorX all = u;
+    for (Eigen::Index i = 0; i < u.size(); ++i)
+      if (1 - std::abs(u[i]) < vertex_tolerance)
+        all[i] = u[i] < 0 ? -1 : 1;
+      else
+        inner.push_back(static_cast<int>(i));
+    if (inner.empty()) return all;
+    NonlinearSystem reduced = equations;
+    reduced.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      VectorX w = all;
+      w(inner) = v;
+      MatrixX slopes;
+      if (!equations.evaluate(w, values, jacobian != nullptr ? &slopes : nullptr)) return false;
+      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, inner);
+      return true;
+    };
+    all(inner) = solve_levenberg_marquardt(reduced, u(inner)).u;
+    return all;
+  }
+
   /// The exact solution next to the start if it attains the proved lower bound of the problem.
   std::optional<VectorX> find_solution_at_bound(const NonlinearSystem& equations, const Exact& exact) {
     const double bound = context_.problem.proved_lower_bound;
     if (!objective_ || !std::isfinite(bound) || has_unmet_own_condition()) return std::nullopt;
-    const VectorX u = refine_solution(equations, start_, exact);
+    VectorX u = refine_solution(equations, start_, exact);
     if (!is_exact(context_, equations, u)) return std::nullopt;
-    const double value = (*objective_)(u, nullptr);
+    double value = (*objective_)(u, nullptr);
+    const VectorX vertex = solve_on_bounds(equations, u);
+    if (is_exact(context_, equations, vertex) && max_abs(exact(vertex)) < condition_tolerance)
+      if (const double at_vertex = (*objective_)(vertex, nullptr);
+          at_vertex <= value + vertex_value_tolerance * std::abs(value)) {
+        u = vertex;
+        value = at_vertex;
+      }
     if (!(value - bound <= bound_tolerance * std::abs(value) + objective_->round_off())) return std::nullopt;
     target_ = SearchTarget::objective;
     outcome_.lower_bound = std::min(bound, value);
