@@ -111,7 +111,7 @@ TEST_CASE("mistakes in what to design for are named") {
       {"minimize: added-mass", "minimize: {rms: torque, peak: torque}",
        "s.yaml:37:40: design.minimize.rms: expected a quantity (torque[J1], torque[J2], force[D.slide], power, "},
       {"minimize: added-mass", "minimize: {rms: power, peak: power}",
-       "s.yaml:37:53: design.minimize.peak: expected one of 'of', 'peak', 'rms', 'mean' and 'range', found a second "
+       "s.yaml:37:53: design.minimize.peak: expected one of 'of', 'peak', 'rms', 'mean', 'range', 'minimum' and 'maximum', found a second "
        "one"},
       {"minimize: added-mass", "minimize: {rms: powr}", "s.yaml:37:40: design.minimize.rms: expected a quantity"},
       {"minimize: added-mass", "minimize: {rms: power, along: lime}",

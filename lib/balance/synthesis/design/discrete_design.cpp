@@ -18,6 +18,8 @@ using Rank = DiscreteCandidate::Rank;
 
 /// Minimum time for solving the final design again, even if the search has used up its time [s].
 constexpr double min_final_search_seconds = 0.2;
+/// Relative difference below which two figures count as equal.
+constexpr double equal_figure_tolerance = 1e-9;
 
 /// A model whose conditions do not depend on the free numbers and are derived only once.
 class SharedConditionsModel final : public DesignModelDecorator {
@@ -129,27 +131,31 @@ class DiscreteDesign {
     return compromise;
   }
 
-  /// Solves for the best design again, to obtain its full outcome.
-  DesignOutcome solve_incumbent_again(const DiscreteCandidate& design) {
-    BranchNode branch;
-    branch.lower = branch.upper = design.outcome.x;
-    for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      const bool is_fixed =
-          !problem_.variables[i].discrete_values.empty() || is_excluded(design.outcome.x, static_cast<int>(i));
-      if (is_fixed) continue;
-      branch.lower[k] = problem_.variables[i].lower;
-      branch.upper[k] = problem_.variables[i].upper;
+  /// Among designs with the same figure, those with fewer elements are better.
+  void drop_useless_elements(DiscreteCandidate& design) {
+    if (!problem_.objective) return;
+    const BranchingRule branching(problem_, 0);
+    for (std::size_t k = 0; k < branching.element_count() && !budget_.is_spent(); ++k) {
+      BranchNode node = branching.node_of(design.outcome.x);
+      if (!branching.exclude(node, k)) continue;
+      std::optional<DiscreteCandidate> smaller = search_.solve_node(std::move(node), equal_figure_bound(design.value));
+      if (!smaller || smaller->rank != Rank::exact || smaller->value > equal_figure_bound(design.value)) continue;
+      design = std::move(*smaller);
     }
-    DesignProblem restricted =
-        restrict_to_node(problem_, branch, std::max(min_final_search_seconds, budget_.remaining_time()));
-    for (std::size_t i = 0; i < restricted.variables.size(); ++i)
-      restricted.variables[i].start = std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)],
-                                                 restricted.variables[i].lower, restricted.variables[i].upper);
+  }
+  static double equal_figure_bound(double value) { return value + equal_figure_tolerance * std::abs(value); }
+
+  /// Solves for the best design again, to obtain its full outcome.
+  /// @param lower_bound of the figure, minus infinity if unknown
+  DesignOutcome solve_incumbent_again(const DiscreteCandidate& design, double lower_bound) {
+    DesignProblem restricted = restrict_to_node(problem_, BranchingRule(problem_, 0).node_of(design.outcome.x),
+                                                std::max(min_final_search_seconds, budget_.remaining_time()));
+    set_start(restricted, design.outcome.x);
+    restricted.proved_lower_bound = lower_bound;
     DesignOutcome outcome = solve_design(restricted);
     const bool worse = outcome.status != design.outcome.status ||
                        !(outcome.within_limits == design.outcome.within_limits) ||
-                       (problem_.objective && outcome.objective > design.outcome.objective);
+                       (problem_.objective && outcome.objective > equal_figure_bound(design.outcome.objective));
     if (worse) outcome = design.outcome;
     remove_fixed_variables(restricted, outcome.solution_set);
     const VectorX start = start_values();
@@ -180,16 +186,6 @@ class DiscreteDesign {
     return start;
   }
 
-  bool is_excluded(const VectorX& x, int number) const {
-    const auto kept = BranchingRule(problem_, 0).kept_elements(x);
-    for (std::size_t c = 0; c < problem_.cardinality_constraints.size(); ++c)
-      for (std::size_t k = 0; k < problem_.cardinality_constraints[c].elements.size(); ++k) {
-        const std::vector<int>& numbers = problem_.cardinality_constraints[c].elements[k].variables;
-        if (!kept[c][k] && std::find(numbers.begin(), numbers.end(), number) != numbers.end()) return true;
-      }
-    return false;
-  }
-
   void record_effort(DesignOutcome& outcome, bool proved, bool is_optimised) const {
     outcome.search_summary = count_noun(node_counts_.branches, "branch", "branches") + ", " +
                              count_noun(node_counts_.designs, "design", "designs");
@@ -211,7 +207,8 @@ class DiscreteDesign {
   }
 
   DesignOutcome make_exact_outcome(BranchAndBoundResult result) {
-    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
+    drop_useless_elements(*result.incumbent);
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent, result.lower_bound);
     const double value = problem_.objective ? outcome.objective : 0;
     const double bound = std::min(result.lower_bound, value);
     const bool proved = problem_.objective && bound >= value - relative_gap_tolerance * std::abs(value);
@@ -224,7 +221,7 @@ class DiscreteDesign {
   DesignOutcome make_compromise_outcome(BranchAndBoundResult result, bool is_proved_infeasible,
                                         std::string explanation) {
     const bool violates_limits = result.incumbent->rank == Rank::limits_violated;
-    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent, -std::numeric_limits<double>::infinity());
     if (problem_.goals.empty() && !violates_limits) return make_exact_outcome(std::move(result));
     const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
     const bool proved =

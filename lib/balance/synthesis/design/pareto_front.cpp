@@ -2,8 +2,9 @@
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/elementary.hpp"
-#include "balance/mechanics/results/metrics.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/load_case_study.hpp"
@@ -136,15 +137,6 @@ std::string sum_text(const std::vector<ObjectiveTerm>& terms) {
   return text;
 }
 
-/// Unit of a single figure; empty for a sum.
-std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
-  const ObjectiveTerm& term = terms.front();
-  if (terms.size() != 1 || term.weight != 1) return "";
-  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
-  if (term.size != ObjectiveTerm::Size::none) return "kg";
-  return term.run == ObjectiveTerm::RunMeasure::duration ? "s" : find_metric_unit(mechanism, term.quantity);
-}
-
 DesignSpace without_front(DesignSpace space) {
   if (!space.start.design.front) throw std::invalid_argument("the spec has no front");
   space.start.design.minimize = space.start.design.front.figures.front();
@@ -167,7 +159,7 @@ bool is_design(const DesignOutcome& outcome) {
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,
                                                  int planned_searches)
     : request_(space.start.design.front),
-      base_(without_front(space)),
+      base_(follow_assembly_mode(without_front(space))),
       options_(own_terms(options)),
       start_time_(thread_cpu_time()),
       planned_searches_(planned_searches) {
@@ -191,7 +183,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
   for (int j = 0; j < figure_count(); ++j) {
     if (std::isnan(constraint.limits[j])) continue;
     const auto& terms = request_.figures[static_cast<std::size_t>(j)];
-    const std::string unit = sum_unit(terms, base_.start.mechanism);
+    const std::string unit = objective_unit(terms, base_.start.mechanism);
     design.subject_to.push_back(
         {fmt::format("{} <= {:g}{}{}", sum_text(terms), constraint.limits[j], unit.empty() ? "" : " ", unit), terms,
          false, constraint.limits[j], unit, base_.start.design.cases.aggregation});

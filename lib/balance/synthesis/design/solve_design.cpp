@@ -5,10 +5,13 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
+#include "balance/synthesis/design/limit_relaxation.hpp"
 #include "balance/synthesis/design/multistart.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
 #include "balance/synthesis/design/start_agreement.hpp"
+#include "balance/synthesis/design/tie_breaking.hpp"
 
 #include <fmt/format.h>
 
@@ -85,9 +88,6 @@ namespace balance {
 namespace {
 
 using namespace design;
-
-/// Limits with a violation above minus this are active.
-constexpr double active_limit_tolerance = 1e-5;
 
 bool is_success(const DesignOutcome& outcome) {
   return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
@@ -209,7 +209,7 @@ class LimitedDesignSolver {
   DesignOutcome run() {
     if (problem_.goals.empty() && !problem_.objective) return solve_limits_only();
     SingleSolve first = solve_once(problem_);
-    evaluate_limits(first.outcome);
+    evaluate_limits(problem_, first.outcome);
     const DesignStatus status = first.outcome.status;
     const bool is_solved = is_success(first.outcome) && first.outcome.within_limits;
     const bool is_proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
@@ -217,7 +217,7 @@ class LimitedDesignSolver {
         is_budget_exhausted(first))
       return first.outcome;
     DesignOutcome phase_one = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
-    evaluate_limits(phase_one);
+    evaluate_limits(problem_, phase_one);
     if (is_success(phase_one) && phase_one.within_limits)
       return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
     if (is_solved || (!is_success(phase_one) && first.outcome.within_limits)) return first.outcome;
@@ -228,7 +228,7 @@ class LimitedDesignSolver {
   /// For problems with neither goal nor objective.
   DesignOutcome solve_limits_only() const {
     DesignOutcome outcome = solve_once(make_phase_one_problem(problem_)).outcome;
-    evaluate_limits(outcome);
+    evaluate_limits(problem_, outcome);
     if (outcome.status == DesignStatus::unsolved) return outcome;
     if (!outcome.within_limits) return make_violating_outcome(outcome, outcome);
     reset_objective(outcome);
@@ -246,27 +246,13 @@ class LimitedDesignSolver {
     return problem;
   }
 
-  void evaluate_limits(DesignOutcome& outcome) const {
-    outcome.limits.clear();
-    double worst = -std::numeric_limits<double>::infinity();
-    for (const DesignLimit& limit : problem_.limits) {
-      LimitOutcome limit_outcome;
-      limit_outcome.value = evaluate_figure(problem_, limit.figure, outcome.x);
-      limit_outcome.violation = relative_violation(limit, limit_outcome.value);
-      limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
-      outcome.limits.push_back(limit_outcome);
-      if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;
-    }
-    outcome.within_limits = worst <= limit_tolerance;
-  }
-
   /// Repeats the search from a design within the limits; returns that design if this fails.
   DesignOutcome solve_from(DesignOutcome feasible) const {
     DesignProblem problem = remaining(problem_);
     for (std::size_t i = 0; i < problem.variables.size(); ++i)
       problem.variables[i].start = feasible.x[static_cast<Eigen::Index>(i)];
     DesignOutcome second = solve_once(problem).outcome;
-    evaluate_limits(second);
+    evaluate_limits(problem_, second);
     if (is_success(second) && second.within_limits) return second;
     reset_objective(feasible);
     feasible.optimality = !problem_.objective                                 ? Optimality::not_optimised
@@ -340,20 +326,135 @@ class LimitedDesignSolver {
 
 }  // namespace
 
+namespace {
+
+DesignOutcome solve_continuous(const DesignProblem& problem) {
+  const auto search = [](const DesignProblem& one) {
+    return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
+  };
+  const auto solve = [&](const DesignProblem& one) {
+    DesignOutcome outcome = search(one);
+    bound_by_relaxation(one, outcome, search);
+    return outcome;
+  };
+  const double start_time = thread_cpu_time();
+  DesignOutcome outcome = problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
+  DesignProblem rest = problem;
+  rest.search.max_time = std::max(0.0, problem.search.max_time - (thread_cpu_time() - start_time));
+  return RepeatedSearch(rest, search).run(std::move(outcome));
+}
+
+/// What is done with a design after every kind of search: ties are broken, what may still change is found, and bounds
+/// that are known without a search are applied.
+class DesignCompletion {
+ public:
+  /// @param seconds left for the search
+  DesignCompletion(const DesignProblem& problem, double seconds)
+      : problem_(problem),
+        budget_(std::max(seconds, min_time_fraction * problem.search.max_time), problem.on_progress),
+        context_(problem, budget_) {
+    if (problem.objective) objective_.emplace(context_, *problem.objective);
+  }
+
+  void complete(DesignOutcome& outcome) {
+    const bool is_success = balance::is_success(outcome);
+    const bool by_figure = objective_ && !problem_.objective->is_secondary && std::isfinite(outcome.objective);
+    budget_.begin_search();
+    if (objective_ && outcome.within_limits && (is_success || by_figure)) apply(outcome, break_ties(outcome));
+    if (is_success && !budget_.is_spent())
+      outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
+                                                  unit_coordinates(outcome.x));
+    if (is_success) find_edges(outcome);
+    budget_.finish_search();
+    if (problem_.objective && outcome.lower_bound < problem_.objective->lower_bound)
+      outcome.lower_bound = problem_.objective->lower_bound;
+  }
+
+ private:
+  /// Step in unit coordinates, larger than the accuracy of the searches.
+  static constexpr double edge_step = 2e-3;
+  /// Time that is granted even if the search has used up its own.
+  static constexpr double min_time_fraction = 0.02;
+
+  VectorX unit_coordinates(const VectorX& x) const {
+    VectorX u(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double half = context_.scaling.half_width()[i];
+      u[i] = x[i] == problem_.variables[static_cast<std::size_t>(i)].start ? context_.scaling.start()[i]
+             : half > 0 ? std::clamp((x[i] - context_.scaling.centre()[i]) / half, -1.0, 1.0)
+                        : 0;
+    }
+    return u;
+  }
+
+  VectorX break_ties(const DesignOutcome& outcome) const {
+    return design::break_ties(context_, *objective_, outcome.conditions, unit_coordinates(outcome.x));
+  }
+
+  /// Tries slightly larger and smaller lengths.
+  void find_edges(DesignOutcome& outcome) const {
+    const VectorX u = unit_coordinates(outcome.x);
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      if (!context_.classification.is_geometric[static_cast<std::size_t>(i)] ||
+          !problem_.variables[static_cast<std::size_t>(i)].discrete_values.empty())
+        continue;
+      for (const double step : {edge_step, -edge_step}) {
+        VectorX moved = u;
+        moved[i] += step;
+        if (std::abs(moved[i]) > 1 || context_.budget.is_spent()) continue;
+        if (std::string reason = context_.infeasibility_reason(moved); !reason.empty() && !context_.budget.stopped)
+          outcome.edges.push_back({i, step > 0, std::move(reason)});
+      }
+    }
+  }
+
+  /// Replaces the numbers of a design by those of an equal one.
+  void apply(DesignOutcome& outcome, const VectorX& u) const {
+    const VectorX x = context_.scaling.to_variables(u);
+    bool is_changed = false, is_geometry_changed = false;
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      const bool differs = std::abs(x[i] - outcome.x[i]) > rounding_tolerance * context_.scaling.half_width()[i];
+      is_changed = is_changed || differs;
+      is_geometry_changed =
+          is_geometry_changed || (differs && context_.classification.is_geometric[static_cast<std::size_t>(i)]);
+    }
+    if (!is_changed) return;
+    if (is_geometry_changed) {
+      const Conditions conditions = context_.conditions_at(u);
+      if (conditions.status != ConditionsStatus::done || conditions.pivots != outcome.conditions.pivots) return;
+      outcome.conditions = conditions;
+    }
+    outcome.x = x;
+    const double value = (*objective_)(u, nullptr);
+    outcome.objective = std::abs(value) <= objective_->round_off() ? 0 : value;
+    outcome.lower_bound = std::min(outcome.lower_bound, outcome.objective);
+    outcome.residuals_after =
+        scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+    if (!problem_.limits.empty()) evaluate_limits(problem_, outcome);
+    if (outcome.selection) outcome.selection->kept = BranchingRule(problem_, 0).kept_elements(outcome.x);
+  }
+
+  /// Differences below this, relative to the range, are the round-off of unit coordinates.
+  static constexpr double rounding_tolerance = 1e-14;
+
+  const DesignProblem& problem_;
+  SearchBudget budget_;
+  SolverContext context_;
+  std::optional<ScaledObjective> objective_;
+};
+
+}  // namespace
+
 DesignOutcome solve_design(const DesignProblem& problem) {
   problem.search.validate();
   if (problem.goals.empty() && !problem.objective && problem.limits.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
-  if (is_discrete(problem)) return solve_discrete(problem);
-  const auto search = [](const DesignProblem& one) {
-    return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
-  };
   const double start_time = thread_cpu_time();
-  DesignOutcome outcome = search(problem);
-  bound_by_relaxation(problem, outcome, search);
-  DesignProblem rest = problem;
-  rest.search.max_time = std::max(0.0, problem.search.max_time - (thread_cpu_time() - start_time));
-  return RepeatedSearch(rest, search).run(std::move(outcome));
+  DesignOutcome outcome = is_discrete(problem) ? solve_discrete(problem) : solve_continuous(problem);
+  if (!problem.is_subproblem && outcome.x.size() > 0 && outcome.status != DesignStatus::unsolved &&
+      outcome.status != DesignStatus::no_feasible_start)
+    DesignCompletion(problem, problem.search.max_time - (thread_cpu_time() - start_time)).complete(outcome);
+  return outcome;
 }
 
 }  // namespace balance

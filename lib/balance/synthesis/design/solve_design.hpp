@@ -65,6 +65,14 @@ struct LimitOutcome {
   bool is_active = false;                                   ///< no margin, or violated
 };
 
+/// A length or ratio that cannot change further although its bounds would permit it: the mechanism cannot be assembled
+/// there, leaves its assembly mode or cannot complete its motion.
+struct FeasibilityEdge {
+  int variable = 0;
+  bool is_upper = false;  ///< whether larger values are infeasible; else smaller ones
+  std::string reason;
+};
+
 /// The elements that were kept.
 struct ElementSelection {
   std::vector<std::vector<bool>> kept;  ///< for each of the problem's choices and its elements
@@ -95,10 +103,12 @@ struct DesignOutcome {
   SolutionSet solution_set;           ///< of equivalent designs
   std::vector<LimitOutcome> limits;   ///< in the order of the problem
   bool within_limits = true;
+  std::vector<FeasibilityEdge> edges;         ///< at which the design lies
   std::optional<ElementSelection> selection;  ///< if there were choices
   /// If the limits are violated: proved lower bound of the violation of the worst limit.
   double min_violation_bound = std::numeric_limits<double>::quiet_NaN();
-  double gap() const { return objective - lower_bound; }
+  /// 0 if it is proved that there is none: the rest is the tolerance of the proof.
+  double gap() const { return optimality == Optimality::proved_global ? 0 : objective - lower_bound; }
   std::vector<std::string> notes;
 };
 
