@@ -144,9 +144,14 @@ class GeometrySearch {
         if (objective_ == nullptr && best.is_balanced) break;
       }
     if (!best.is_balanced) evaluator_.keep_better(best, solve_at_samples());
-    if (objective_ != nullptr && best.is_balanced)
+    if (objective_ != nullptr && best.is_balanced) {
+      const double before = best.figure;
       best =
           improve_geometry(best, is_bilevel_applicable && context_.problem.model->capabilities().are_all_limits_convex);
+      // the starts that ended at the same design would be improved alike
+      for (double& end : context_.budget.ends)
+        if (end - before <= start_agreement_tolerance * std::abs(before)) end = best.figure;
+    }
     if (!best.is_balanced) best = search_compromise(best);
     if (best.is_feasible && equations_.primary_rows == 0 && context_.limits->size() == 0) search_all_variables(best);
     return report(best);
@@ -166,8 +171,12 @@ class GeometrySearch {
     const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false, handle_start_end);
     for (const VectorX& u : designs.balanced) {
       if (best.is_balanced) break;
-      if (!context_.infeasibility_reason(u).empty()) continue;
-      evaluator_.keep_better(best, finish_start(u, true));
+      const bool is_late = context_.budget.is_spent();
+      if (is_late) context_.budget.finish_search();  // the best start shall give a design although the time is over
+      if (context_.infeasibility_reason(u).empty()) evaluator_.keep_better(best, finish_start(u, true));
+      if (!is_late) continue;
+      context_.budget.begin_search();
+      break;
     }
     unbalanced_candidates_ = designs.others;
     return designs.is_applicable;

@@ -145,6 +145,7 @@ class SingleSolver {
       search_result = search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
     }
     budget_.finish_search();
+    keep_incumbent(search_result);
     if (search_result.balanced_without_value)
       return set_unsolved(*search_result.balanced_without_value,
                           "for any numbers that were found to meet the conditions");
@@ -167,6 +168,17 @@ class SingleSolver {
         outcome_.unmet_fixed_conditions.push_back(k);
     determine_status(outcome_);
     finish_search();
+  }
+
+  /// The search may have been ended before it returned the best design that it evaluated.
+  void keep_incumbent(GeometrySearchResult& result) const {
+    const Incumbent& incumbent = budget_.incumbent;
+    if (!incumbent.is_exact() || (result.is_balanced && !objective_)) return;
+    if (result.is_balanced && !((*objective_)(result.u, nullptr) > incumbent.value())) return;
+    result.u = incumbent.u();
+    result.is_found = result.is_balanced = true;
+    result.minimises_residual = false;
+    result.balanced_without_value.reset();
   }
 
   void finish_without_conditions(const NonlinearSystem& equations, const VectorX& u) {
