@@ -373,18 +373,26 @@ MatrixX stack(const std::vector<MatrixX>& blocks, Eigen::Index columns) {
 }  // namespace
 
 MatrixX FigureFace::constant_rows() const {
+  const MatrixX rows = constant_parameter_rows();
+  return rows * slopes_.topRows(rows.cols());
+}
+
+MatrixX FigureFace::constant_parameter_rows() const {
   std::vector<MatrixX> blocks;
-  VectorX linear = VectorX::Zero(u_.size());
+  VectorX linear;
+  Eigen::Index parameter_count = 0;
   const auto add = [&](const AffineSeries& series, const MatrixX& rows) {
-    const MatrixX all = series.rows.leftCols(series.rows.cols() - 1) * slopes_.topRows(series.rows.cols() - 1);
+    parameter_count = rows.cols();
+    const MatrixX all = series.rows.leftCols(rows.cols()) * slopes_.topRows(rows.cols());
     // in units of the effect of all numbers, so that figures of different units can be compared
-    if (const double size = all.norm(); size > 0)
-      blocks.push_back(compress(rows * slopes_.topRows(rows.cols())) * (1 / size));
+    if (const double size = all.norm(); size > 0) blocks.push_back(compress(rows) / size);
   };
   for (const AffineFigure& figure : figures_) {
     if (figure.weight == 0) continue;
     if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
-      linear += figure.weight * (slopes_.topRows(p).transpose() * figure.coefficients);
+      if (linear.size() == 0) linear.setZero(p);
+      parameter_count = p;
+      linear += figure.weight * figure.coefficients;
       continue;
     }
     const double worst = worst_value(figure, parameters_);
@@ -404,8 +412,10 @@ MatrixX FigureFace::constant_rows() const {
       add(series, parameter_rows(rows, Eigen::all));
     }
   }
-  if (linear.norm() > 0) blocks.emplace_back(linear.transpose() / linear.norm());
-  return stack(blocks, u_.size());
+  if (linear.size() > 0)
+    if (const double size = (slopes_.topRows(linear.size()).transpose() * linear).norm(); size > 0)
+      blocks.emplace_back(linear.transpose() / size);
+  return stack(blocks, parameter_count);
 }
 
 bool FigureFace::add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const {

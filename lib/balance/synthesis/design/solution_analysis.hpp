@@ -34,9 +34,13 @@ class FigureFace {
   /// @return std::nullopt if the model has no convex terms, or no motion at u
   static std::optional<FigureFace> make(const SolverContext& context, const VectorX& u);
 
-  /// Rows over the unit coordinates that vanish along directions in which no figure changes: all samples of an rms, the
-  /// samples at which a peak is reached.
+  /// Rows over the parameters that vanish for changes with which no figure changes: all samples of an rms, the samples
+  /// at which a peak is reached.
+  MatrixX constant_parameter_rows() const;
+  /// The same over the unit coordinates.
   MatrixX constant_rows() const;
+  /// The parameters at the design.
+  const VectorX& parameters() const { return parameters_; }
   /// Adds to a program over z, with unit coordinates u + basis · z, the tangents of the peaks that a trial increases.
   /// @return whether there are any
   bool add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const;
@@ -45,7 +49,7 @@ class FigureFace {
   FigureFace(const SolverContext& context, VectorX u, std::vector<AffineFigure> figures);
 
   const SolverContext& context_;
-  VectorX u_, parameters_;  ///< parameters followed by a 1
+  VectorX u_, parameters_;  ///< all features, of which the parameters come first
   MatrixX slopes_;          ///< of the features by the unit coordinates
   std::vector<AffineFigure> figures_;
 };

@@ -20,10 +20,12 @@ constexpr double figure_tie_tolerance = 1e-10;
 /// Relative changes of the added mass below this are round-off, or not worth an exchange.
 constexpr double mass_tie_tolerance = 1e-12, mass_saving_tolerance = 1e-9;
 /// Residual of the conditions that is round-off of their evaluation.
-constexpr double residual_round_off = 1e-13;
+constexpr double residual_round_off = 1e-12;
 /// Distance in unit coordinates at which a number is tentatively moved onto its bound.
 constexpr double bound_distance = 1e-7;
-constexpr int max_exchanges = 4, max_exchange_rounds = 20, max_halvings = 20;
+constexpr int max_exchanges = 4, max_exchange_rounds = 20, max_tie_steps = 60;
+/// Steps along a curved set of equal designs, in unit coordinates.
+constexpr double first_tie_radius = 0.2, min_tie_radius = 1e-3;
 
 class TieBreaker {
  public:
@@ -168,12 +170,13 @@ class TieBreaker {
       if (!saves_mass(trial)) return false;
       if (is_as_good(trial, false)) return accept(trial);
       const bool has_figure_cuts = face && face->add_cuts(trial, basis, program);
-      if (!add_limit_cuts(trial, basis, program) && !has_figure_cuts) return move_along(step);
+      if (!add_limit_cuts(trial, basis, program) && !has_figure_cuts) break;
     }
-    return false;
+    return face && follow_ties(*face, numbers);
   }
 
-  LinearProgram make_program(const MatrixX& basis, const std::vector<int>& numbers) const {
+  /// @param radius of each number's change
+  LinearProgram make_program(const MatrixX& basis, const std::vector<int>& numbers, double radius = 2) const {
     VectorX features;
     MatrixX slopes;
     context_.features.evaluate(u_, features, &slopes);
@@ -181,7 +184,8 @@ class TieBreaker {
     const VectorX mass_slope = slopes.topRows(mass_coefficients_.size()).transpose() * mass_coefficients_;
     program.cost = basis.transpose() * mass_slope;
     for (const int i : numbers)
-      if (basis.row(i).norm() > 1e-12) program.add_row(-1 - u_[i], basis.row(i).transpose(), 1 - u_[i]);
+      if (basis.row(i).norm() > 1e-12)
+        program.add_row(std::max(-1 - u_[i], -radius), basis.row(i).transpose(), std::min(1 - u_[i], radius));
     VectorX g;
     MatrixX normals;
     context_.physical_constraints.evaluate(features, &slopes, g, &normals);
@@ -225,13 +229,56 @@ class TieBreaker {
     return true;
   }
 
-  /// Takes the longest part of the step along which the design stays as good.
-  bool move_along(const VectorX& step) {
-    double fraction = 0.5;
-    for (int k = 0; k < max_halvings; ++k, fraction /= 2)
-      if (const VectorX moved = move_by(fraction * step); is_as_good(moved, false))
-        return saves_mass(moved) && accept(moved);
-    return false;
+  /// The same if masses are multiplied by places, so that the designs that are as good form a curved set: small steps of
+  /// the linear program, each brought back onto the set.
+  bool follow_ties(const FigureFace& face, const std::vector<int>& numbers) {
+    bool has_saved = false;
+    double radius = first_tie_radius;
+    for (int k = 0; k < max_tie_steps && radius > min_tie_radius && !context_.budget.is_spent(); ++k) {
+      const MatrixX basis = find_flat_mass_directions(context_, objective_, conditions_, u_, numbers);
+      if (basis.cols() == 0) break;
+      const LinearProgramSolution solution = solve_linear_program(make_program(basis, numbers, radius));
+      if (solution.status != LinearProgramStatus::optimal) break;
+      const VectorX trial = restore(face, numbers, move_by(basis * solution.x));
+      if (saves_mass(trial) && is_as_good(trial, false)) {
+        u_ = trial;
+        added_mass_ = added_mass(trial);
+        has_saved = true;
+        radius *= 1.5;
+      } else {
+        radius /= 3;
+      }
+    }
+    if (has_saved) move_single_numbers();
+    return has_saved;
+  }
+
+  /// The nearest design with the same conditions and figures.
+  VectorX restore(const FigureFace& face, const std::vector<int>& numbers, const VectorX& from) const {
+    const ConditionResidual conditions(context_, conditions_);
+    const MatrixX figures = face.constant_parameter_rows();
+    VectorX u = from;
+    NonlinearSystem equations;
+    equations.primary_rows = equations.row_count = conditions.size() + static_cast<int>(figures.rows());
+    equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      u(numbers) = v;
+      VectorX residual, features;
+      MatrixX residual_slopes, slopes;
+      conditions.evaluate(u, residual, jacobian != nullptr ? &residual_slopes : nullptr);
+      context_.features.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
+      values.resize(equations.row_count);
+      values.head(residual.size()) = residual;
+      values.tail(figures.rows()) = figures * (features - face.parameters()).head(figures.cols());
+      if (jacobian != nullptr) {
+        MatrixX all(equations.row_count, u.size());
+        if (residual.size() > 0) all.topRows(residual.size()) = residual_slopes;
+        all.bottomRows(figures.rows()) = figures * slopes.topRows(figures.cols());
+        *jacobian = all(Eigen::all, numbers);
+      }
+      return values.allFinite();
+    };
+    u(numbers) = solve_levenberg_marquardt(equations, VectorX(from(numbers)), 30).u;
+    return u;
   }
 
   const SolverContext& context_;
