@@ -239,6 +239,13 @@ const char* name_of(FreeNumber::StartSource source) {
   return "";
 }
 
+/// Why a length or ratio cannot change further; null if it can.
+Json edge_json(const DesignReport& report, int number) {
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    if (edge.variable == number) return {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
+  return nullptr;
+}
+
 Json numbers_list(const DesignReport& report) {
   Json list = Json::array();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
@@ -253,7 +260,8 @@ Json numbers_list(const DesignReport& report) {
                     {"before_from", name_of(number.start_source)},
                     {"value", value},
                     {"sizes", number.discrete_values.empty() ? Json(nullptr) : Json(number.discrete_values)},
-                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});
+                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))},
+                    {"at_edge", edge_json(report, static_cast<int>(i))}});
   }
   return list;
 }
@@ -306,13 +314,20 @@ Json freedom_json(const DesignReport& report) {
           {"numbers", std::move(numbers)}};
 }
 
-Json effort_json(const SearchEffort& effort, bool interrupted) {
-  static constexpr const char* termination_names[] = {"nothing-searched", "goal-met", "all-starts-used", "proof",
-                                                      "time"};
+/// @param best value of the design
+Json effort_json(const SearchEffort& effort, double best, bool interrupted) {
+  const StartAgreement agreement = compare_starts(effort.ends, best);
+  const bool has_ends = agreement.starts > 0, has_others = agreement.farthest_other > 0;
+  static constexpr const char* termination_names[] = {
+      "nothing-searched", "goal-met", "all-starts-used", "proof", "time", "starts-agree"};
   const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
-          {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
+          {"same_end", has_ends ? Json(agreement.agreeing) : Json(nullptr)},
+          {"ended", has_ends ? Json(agreement.starts) : Json(nullptr)},
+          {"without_design", has_ends ? Json(agreement.failed) : Json(nullptr)},
+          {"nearest_other", has_others ? Json(agreement.nearest_other) : Json(nullptr)},
+          {"farthest_other", has_others ? Json(agreement.farthest_other) : Json(nullptr)},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
           {"ended_by", is_interrupted ? "interrupt" : termination_names[static_cast<int>(effort.termination)]}};
@@ -351,7 +366,7 @@ void add_outcome(Json& json, const DesignReportData& view) {
   json["status"] = name_of(outcome.status);
   json["optimality"] = name_of(outcome.optimality);
   json["tried"] = outcome.search_summary;
-  json["search"] = effort_json(outcome.effort, view.interrupted.has_value());
+  json["search"] = effort_json(outcome.effort, outcome.objective, view.interrupted.has_value());
   json["seconds"] = view.seconds;
   json["proved"] = outcome.status == DesignStatus::infeasible ? Json(outcome.is_proved_infeasible) : Json(nullptr);
   json["method"] = name_of(outcome.method);
@@ -502,10 +517,37 @@ std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
   return text;
 }
 
+/// "5 of 9 starts ended within 1e-6 of it, the others 3 % to 12 % above"; empty if there was a single start.
+std::string agreement_text(const StartAgreement& agreement) {
+  if (agreement.starts < 2) return "";
+  std::string text = fmt::format("{} of {} starts ended within {:g} of it", agreement.agreeing, agreement.starts,
+                                 start_agreement_tolerance);
+  const int others = agreement.starts - agreement.agreeing - agreement.failed;
+  const auto percent = [](double fraction) { return fmt::format("{:.2g} %", 100 * fraction); };
+  if (others == 1)
+    text += fmt::format(", another one {} above", percent(agreement.nearest_other));
+  else if (others > 1)
+    text +=
+        fmt::format(", the others {} to {} above", percent(agreement.nearest_other), percent(agreement.farthest_other));
+  if (agreement.failed > 0) text += fmt::format(", {} without a design", agreement.failed);
+  return text;
+}
+
+/// What to do if the starts do not agree.
+std::string disagreement_advice(const DesignReportData& view, const StartAgreement& agreement) {
+  if (agreement.is_reached() || agreement.starts == 0) return "";
+  return fmt::format(
+      "the starts do not agree, so that a better one may exist: --starts {}, --seconds {:g} and other seeds "
+      "(search: {{seed: 2}}) may find it\n",
+      4 * agreement.starts, 4 * view.seconds);
+}
+
 /// What is known of its optimality.
 std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
-  const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
+  const StartAgreement agreement = compare_starts(outcome.effort.ends, outcome.objective);
+  const std::string tried = outcome.effort.ends.size() > 1 ? agreement_text(agreement) : outcome.search_summary;
+  const std::string search_summary = tried.empty() ? "" : " (" + tried + ")";
   const DisplayUnit unit = find_display_unit(view.objective_unit, units);
   const char* optimum = !outcome.within_limits ? "the smallest violation of the limits"
                         : view.objective.empty() || std::isnan(outcome.objective)
@@ -522,7 +564,8 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
                          number_text(unit.convert(outcome.lower_bound)));
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
-                         optimum);
+                         optimum) +
+             disagreement_advice(view, agreement);
     case Optimality::budget_exhausted:
       if (view.interrupted)
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
@@ -771,8 +814,18 @@ std::string losses_text(const TrajectoryComparison& comparison) {
   return text + "\n";
 }
 
-std::string notes_text(const DesignReportData& view) {
+/// "parameters.b: no larger value is possible ('go' cannot be followed: …)"
+std::string edges_text(const DesignReport& report) {
   std::string text;
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    text += fmt::format("note: {} is at the end of what can be assembled and moved; with a slightly {} value: {}\n",
+                        report.free_numbers[static_cast<std::size_t>(edge.variable)].key_path,
+                        edge.is_upper ? "larger" : "smaller", edge.reason);
+  return text;
+}
+
+std::string notes_text(const DesignReportData& view) {
+  std::string text = edges_text(view.report);
   for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
                             &view.conditions.names.notes})
     for (const std::string& note : *notes)

@@ -282,6 +282,7 @@ DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& b
     variable.start = std::clamp(variable.start, variable.lower, variable.upper);
   }
   restricted.search.max_time = seconds;
+  restricted.is_single_pass = true;
   return restricted;
 }
 
@@ -546,11 +547,12 @@ void BranchAndBound::search_unproved_leaves() {
     return a.candidate->value < b.candidate->value;
   };
   std::stable_sort(unproved_leaves_.begin(), unproved_leaves_.end(), is_better);
-  for (std::size_t k = 0; k < unproved_leaves_.size() && !is_done() && !budget_.is_spent(); ++k) {
+  const bool has_choices = !problem_.cardinality_constraints.empty();  // combinations of sizes are too many
+  for (std::size_t k = 0; has_choices && k < unproved_leaves_.size() && !is_done() && !budget_.is_spent(); ++k) {
     UnprovedLeaf& leaf = unproved_leaves_[k];
     if (is_pruned(leaf.branch.lower_bound)) continue;
     DesignProblem leaf_problem = restrict_to_node(
-        problem_, leaf.branch, budget_.remaining_time() / static_cast<double>(unproved_leaves_.size() - k));
+        problem_, leaf.branch, budget_.remaining_time() / static_cast<double>(unproved_leaves_.size() - k + 1));
     search_leaf(leaf_problem, leaf);
   }
   for (const UnprovedLeaf& leaf : unproved_leaves_) {

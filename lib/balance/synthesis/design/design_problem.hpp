@@ -49,6 +49,8 @@ struct DesignProblem {
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
   /// Solve with few starts and without proofs, as one of many problems.
   bool is_subproblem = false;
+  /// Search once, without asking whether independent starts agree: for one of several designs.
+  bool is_single_pass = false;
   std::optional<Objective> objective;  ///< minimised among exact solutions; also judges compromises
   std::vector<DesignLimit> limits;     ///< all must hold
   /// Proved lower bound of the objective among the exact solutions within the limits. A search that reaches it ends.

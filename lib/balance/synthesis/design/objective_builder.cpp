@@ -20,6 +20,7 @@
 #include <deque>
 #include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -213,6 +214,7 @@ class FigureSum : public DesignFunction {
   /// The first trajectory of the terms that cannot be followed, and why.
   std::string failure_reason(const VectorX& x) const override {
     const DesignInstance instance = instantiate_checked(space_, x);
+    if (!instance.mode_issue.empty()) return instance.mode_issue;
     for (const ObjectivePart& part : parts_) {
       if (part.term.size != ObjectiveTerm::Size::none) continue;
       const RunResult result = simulate(instance.mechanism, find_trajectory(instance, part.term));
@@ -274,6 +276,7 @@ class SimulatedSum final : public FigureSum {
  private:
   double simulate_sum(const VectorX& x) const {
     const DesignInstance instance = instantiate_checked(space_, x);
+    if (!instance.mode_issue.empty()) return std::numeric_limits<double>::quiet_NaN();
     const VectorX parameters = parameter_values(instance.mechanism, loose_);
     double sum = 0;
     for (const ObjectivePart& part : parts_)
@@ -405,6 +408,7 @@ std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace&
   std::vector<AffineFigure> figures;
   try {
     const DesignInstance instance = instantiate_checked(space, x);
+    if (!instance.mode_issue.empty()) return std::nullopt;
     for (const ObjectiveTerm& term : terms) {
       std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling, cache);
       if (!figure) return std::nullopt;
@@ -643,6 +647,7 @@ ValueWithGradient gradient_by_differences(const DesignSpace& space, const Object
 std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
                                                       const FreeSprings& loose, const VectorX& x) {
   const DesignInstance instance = instantiate_checked(space, x);
+  if (!instance.mode_issue.empty()) return std::nullopt;
   std::map<std::string, std::vector<std::string>> quantities;
   for (const ObjectiveTerm& term : terms) {
     if (term.size != ObjectiveTerm::Size::none || needs_differences(space, term)) continue;

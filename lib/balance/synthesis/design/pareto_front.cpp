@@ -4,6 +4,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/load_case_study.hpp"
@@ -158,7 +159,7 @@ bool is_design(const DesignOutcome& outcome) {
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,
                                                  int planned_searches)
     : request_(space.start.design.front),
-      base_(without_front(space)),
+      base_(follow_assembly_mode(without_front(space))),
       options_(own_terms(options)),
       start_time_(thread_cpu_time()),
       planned_searches_(planned_searches) {
@@ -197,6 +198,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
 /// Options with an equal share of the remaining time; unused time is left to later searches.
 DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
   DesignStudyOptions search_options = options_;
+  search_options.is_single_pass = true;
   const double remaining_time = options_.search.max_time - (thread_cpu_time() - start_time_);
   search_options.search.max_time =
       std::max(min_search_time, remaining_time / std::max(1, planned_searches_ - searches_));

@@ -59,12 +59,18 @@ VectorX RequiredMotions::numbers(const DesignInstance& instance) const {
 }
 
 std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance) const {
+  if (!instance.mode_issue.empty()) return instance.mode_issue;
   for (const Trajectory& trajectory : instance.trajectories) {
     if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
     const std::string why = motion_failure_reason(instance.mechanism, reduce_samples(trajectory));
     if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
   }
   return "";
+}
+
+Mechanism RequiredMotions::assembled_mechanism(DesignInstance instance, bool is_mode_followed) const {
+  if (is_mode_followed && instance.mode_issue.empty()) return std::move(instance.mechanism);
+  return assembled_at(std::move(instance.mechanism), coordinates_);
 }
 
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {

@@ -14,11 +14,12 @@ class RequiredMotions {
  public:
   explicit RequiredMotions(const Study& start);
 
-  /// Coordinates of the assembled initial mechanism; empty if it cannot be assembled.
-  const std::vector<CoordinateValue>& start_coordinates() const { return coordinates_; }
-  /// Why the first infeasible motion cannot be performed; empty if all are feasible.
+  /// The mechanism of an instance, assembled in the mode that is followed or else as near as possible to the initial
+  /// mechanism.
+  Mechanism assembled_mechanism(DesignInstance instance, bool is_mode_followed) const;
   /// All numbers that decide about feasibility: instances with the same numbers are equally feasible.
   VectorX numbers(const DesignInstance& instance) const;
+  /// Why the first infeasible motion cannot be performed; empty if all are feasible.
   std::string infeasibility_reason(const DesignInstance& instance) const;
 
  private:

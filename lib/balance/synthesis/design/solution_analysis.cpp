@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::design {
 
@@ -332,14 +333,20 @@ MatrixX sample_values(const AffineSeries& series, const VectorX& features) {
   return values.reshaped(series.components, series.time_weights.size());
 }
 
+/// What a peak or a maximum is taken of, sample by sample.
+VectorX sample_sizes(const AffineFigure& figure, const MatrixX& values) {
+  if (figure.figure == Statistic::maximum) return values.row(0).transpose();
+  return values.colwise().norm().transpose();
+}
+
 double series_value(const AffineFigure& figure, const AffineSeries& series, const VectorX& features) {
   const MatrixX values = sample_values(series, features);
-  if (figure.figure == Statistic::peak) return max_abs(values.colwise().norm());
+  if (figure.figure != Statistic::rms) return max_coefficient(sample_sizes(figure, values));
   return std::sqrt(values.colwise().squaredNorm().dot(series.time_weights.transpose()));
 }
 
 double worst_value(const AffineFigure& figure, const VectorX& features) {
-  double worst = 0;
+  double worst = -std::numeric_limits<double>::infinity();
   for (const AffineSeries& series : figure.series) worst = std::max(worst, series_value(figure, series, features));
   return worst;
 }
@@ -382,14 +389,14 @@ MatrixX FigureFace::constant_rows() const {
     }
     const double worst = worst_value(figure, parameters_);
     for (const AffineSeries& series : figure.series) {
-      const double threshold = (1 - peak_tie_tolerance) * worst;
+      const double threshold = worst - peak_tie_tolerance * std::abs(worst);
       if (series_value(figure, series, parameters_) < threshold) continue;
       const MatrixX parameter_rows = series.rows.leftCols(series.rows.cols() - 1);
-      if (figure.figure != Statistic::peak || worst == 0) {
+      if (figure.figure == Statistic::rms || worst == 0) {
         add(series, parameter_rows);
         continue;
       }
-      const VectorX sizes = sample_values(series, parameters_).colwise().norm().transpose();
+      const VectorX sizes = sample_sizes(figure, sample_values(series, parameters_));
       std::vector<Eigen::Index> rows;
       for (Eigen::Index k = 0; k < sizes.size(); ++k)
         for (Eigen::Index c = 0; sizes[k] >= threshold && c < series.components; ++c)
@@ -408,23 +415,25 @@ bool FigureFace::add_cuts(const VectorX& trial, const MatrixX& basis, LinearProg
   context_.features.evaluate(trial, features, &slopes);
   bool has_cuts = false;
   for (const AffineFigure& figure : figures_) {
-    if (figure.figure != Statistic::peak || figure.series.empty()) continue;
+    if (figure.figure == Statistic::rms || figure.series.empty()) continue;
     const double limit = worst_value(figure, parameters_);
     for (const AffineSeries& series : figure.series) {
       const MatrixX values = sample_values(series, features);
-      const VectorX sizes = values.colwise().norm().transpose();
+      const VectorX sizes = sample_sizes(figure, values);
       std::vector<Eigen::Index> exceeded;
       for (Eigen::Index k = 0; k < sizes.size(); ++k)
-        if (sizes[k] > limit * (1 + 1e-11)) exceeded.push_back(k);
+        if (sizes[k] > limit + 1e-11 * std::abs(limit)) exceeded.push_back(k);
       std::sort(exceeded.begin(), exceeded.end(), [&](Eigen::Index a, Eigen::Index b) { return sizes[a] > sizes[b]; });
       exceeded.resize(std::min(exceeded.size(), max_cuts));
       for (const Eigen::Index k : exceeded) {
         const MatrixX rows = series.rows.middleRows(k * series.components, series.components);
+        const bool is_signed = figure.figure == Statistic::maximum;
+        const MatrixX direction = is_signed ? MatrixX::Ones(1, 1) : MatrixX(values.col(k).transpose() / sizes[k]);
         const VectorX normal =
-            (values.col(k).transpose() / sizes[k] * rows.leftCols(rows.cols() - 1) * slopes.topRows(rows.cols() - 1))
-                .transpose();
-        program.add_row(-no_bound, basis.transpose() * normal / limit,
-                        (limit - sizes[k] + normal.dot(trial - u_)) / limit);
+            (direction * rows.leftCols(rows.cols() - 1) * slopes.topRows(rows.cols() - 1)).transpose();
+        const double scale = std::abs(sizes[k]);
+        program.add_row(-no_bound, basis.transpose() * normal / scale,
+                        (limit - sizes[k] + normal.dot(trial - u_)) / scale);
         has_cuts = true;
       }
     }
@@ -621,10 +630,7 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
   if (budget.solutions > 0 && target == SearchTarget::objective)
     parts.push_back(count_noun(budget.solutions, "exact design", "exact designs"));
   if (budget.geometries > 0) parts.push_back(count_noun(budget.geometries, "set of lengths", "sets of lengths"));
-  if (budget.local_searches > 0)
-    parts.push_back(
-        count_noun(budget.local_searches, "local search", "local searches") +
-        (budget.repeated_optima > 0 ? fmt::format(" ({} of them as good as the best)", budget.repeated_optima) : ""));
+  if (budget.local_searches > 0) parts.push_back(count_noun(budget.local_searches, "local search", "local searches"));
   if (budget.evaluations > 0) parts.push_back(count_noun(budget.evaluations, "evaluation", "evaluations"));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
@@ -633,9 +639,8 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
 
 SearchEffort make_search_effort(const SearchBudget& budget, SearchTarget target, bool proved) {
   using End = SearchEffort::Termination;
-  SearchEffort effort{
-      budget.starts,     budget.local_searches, budget.repeated_optima > 0 ? budget.repeated_optima : -1,
-      budget.geometries, budget.evaluations,    End::starts_exhausted};
+  SearchEffort effort{budget.starts,      budget.local_searches, budget.geometries,
+                      budget.evaluations, budget.ends,           End::starts_exhausted};
   const bool has_searched = budget.starts + budget.local_searches + budget.geometries + budget.evaluations > 0;
   effort.termination = proved                            ? End::proved
                        : budget.stopped                  ? End::time_limit

@@ -6,9 +6,11 @@
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
 #include "balance/synthesis/design/limit_relaxation.hpp"
+#include "balance/synthesis/design/multistart.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
 #include "balance/synthesis/design/tie_breaking.hpp"
 
 #include <fmt/format.h>
@@ -90,6 +92,113 @@ using namespace design;
 bool is_success(const DesignOutcome& outcome) {
   return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
 }
+
+/// Whether one result of the same problem is better than another: within the limits first, then balanced, then by the
+/// objective.
+bool is_better(const DesignOutcome& one, const DesignOutcome& other) {
+  const auto rank = [](const DesignOutcome& outcome) {
+    const bool is_design =
+        outcome.status != DesignStatus::unsolved && outcome.status != DesignStatus::no_feasible_start;
+    return (is_design ? 1 : 0) + (is_design && outcome.within_limits ? 2 : 0) + (is_success(outcome) ? 4 : 0);
+  };
+  if (rank(one) != rank(other)) return rank(one) > rank(other);
+  return one.objective < other.objective;
+}
+
+/// Repeats a search from other starts, with other seeds, until enough starts agree or time or starts are used up. What
+/// it does first does not depend on the time that is left, so that more time never gives a worse design.
+class RepeatedSearch {
+ public:
+  using Search = std::function<DesignOutcome(const DesignProblem&)>;
+
+  RepeatedSearch(const DesignProblem& problem, const Search& search)
+      : problem_(problem), search_(search), start_time_(thread_cpu_time()) {}
+
+  DesignOutcome run(DesignOutcome first) {
+    best_ = std::move(first);
+    complete_ends(best_.effort, best_);
+    if (!is_repeatable()) return best_;
+    const std::vector<VectorX> starts = low_discrepancy_points(
+        problem_.search.max_restarts, static_cast<int>(problem_.variables.size()), problem_.search.seed);
+    effort_ = best_.effort;
+    for (std::size_t k = 0; k < starts.size() && !is_finished(); ++k) search_from(starts[k], k);
+    best_.effort = effort_;
+    if (best_.optimality == Optimality::local_optimum && is_interrupted_)
+      best_.optimality = Optimality::budget_exhausted;
+    using End = SearchEffort::Termination;
+    best_.effort.termination = best_.optimality == Optimality::proved_global ? End::proved
+                               : is_interrupted_                             ? End::time_limit
+                               : agreement().is_reached()                    ? End::starts_agree
+                                                                             : End::starts_exhausted;
+    return best_;
+  }
+
+ private:
+  bool is_repeatable() const {
+    return !problem_.is_subproblem && !problem_.is_single_pass && problem_.objective &&
+           best_.optimality == Optimality::local_optimum && std::isfinite(best_.objective);
+  }
+  StartAgreement agreement() const { return compare_starts(effort_.ends, best_.objective); }
+  double remaining_time() const { return problem_.search.max_time - (thread_cpu_time() - start_time_); }
+  bool is_finished() const {
+    return is_interrupted_ || best_.optimality == Optimality::proved_global || agreement().is_reached() ||
+           static_cast<int>(effort_.ends.size()) >= problem_.search.max_restarts;
+  }
+
+  /// A search without starts of its own is one start.
+  void complete_ends(SearchEffort& effort, const DesignOutcome& outcome) const {
+    if (effort.ends.empty() && std::isfinite(outcome.objective)) effort.ends.push_back(outcome.objective);
+  }
+
+  void search_from(const VectorX& u, std::size_t k) {
+    if (!(remaining_time() > 0)) return void(is_interrupted_ = true);
+    DesignProblem repeated = problem_;
+    repeated.search.seed = problem_.search.seed + 1 + k;
+    repeated.search.max_time = remaining_time();
+    for (std::size_t i = 0; i < repeated.variables.size(); ++i) {
+      DesignVariable& variable = repeated.variables[i];
+      const double centre = (variable.lower + variable.upper) / 2, half = (variable.upper - variable.lower) / 2;
+      variable.start = std::clamp(centre + half * u[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
+    }
+    if (problem_.on_progress)
+      repeated.on_progress = [this](const SearchProgress& progress) { return report(progress); };
+    DesignOutcome outcome = search_(repeated);
+    is_interrupted_ = outcome.optimality == Optimality::budget_exhausted;
+    complete_ends(outcome.effort, outcome);
+    if (is_success(outcome) != is_success(best_)) {
+      // ends of compromises say nothing about balanced designs
+      std::vector<double>& worse = is_better(outcome, best_) ? effort_.ends : outcome.effort.ends;
+      std::fill(worse.begin(), worse.end(), std::numeric_limits<double>::quiet_NaN());
+    }
+    add(outcome.effort);
+    if (!is_better(outcome, best_)) return;
+    outcome.start_objective = best_.start_objective;
+    outcome.residuals_before =
+        best_.residuals_before.size() == outcome.residuals_after.size() ? best_.residuals_before : VectorX();
+    best_ = std::move(outcome);
+  }
+
+  void add(const SearchEffort& effort) {
+    effort_.starts += effort.starts;
+    effort_.local_searches += effort.local_searches;
+    effort_.geometries += effort.geometries;
+    effort_.evaluations += effort.evaluations;
+    effort_.ends.insert(effort_.ends.end(), effort.ends.begin(), effort.ends.end());
+  }
+
+  bool report(const SearchProgress& progress) const {
+    return problem_.on_progress({thread_cpu_time() - start_time_, problem_.search.max_time,
+                                 effort_.starts + progress.starts, effort_.local_searches + progress.local_searches,
+                                 effort_.geometries + progress.geometries, effort_.evaluations + progress.evaluations});
+  }
+
+  const DesignProblem& problem_;
+  const Search& search_;
+  double start_time_;
+  DesignOutcome best_;
+  SearchEffort effort_;  ///< of all passes
+  bool is_interrupted_ = false;
+};
 
 /// Solves a design with limits. First searches from the start values. If this fails, or ends without a possible proof
 /// of optimality, searches again from the design with the minimum violation of the limits (or the maximum margin).
@@ -228,7 +337,11 @@ DesignOutcome solve_continuous(const DesignProblem& problem) {
     bound_by_relaxation(one, outcome, search);
     return outcome;
   };
-  return problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
+  const double start_time = thread_cpu_time();
+  DesignOutcome outcome = problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
+  DesignProblem rest = problem;
+  rest.search.max_time = std::max(0.0, problem.search.max_time - (thread_cpu_time() - start_time));
+  return RepeatedSearch(rest, search).run(std::move(outcome));
 }
 
 /// What is done with a design after every kind of search: ties are broken, what may still change is found, and bounds
@@ -251,12 +364,15 @@ class DesignCompletion {
     if (is_success && !budget_.is_spent())
       outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
                                                   unit_coordinates(outcome.x));
+    if (is_success) find_edges(outcome);
     budget_.finish_search();
     if (problem_.objective && outcome.lower_bound < problem_.objective->lower_bound)
       outcome.lower_bound = problem_.objective->lower_bound;
   }
 
  private:
+  /// Step in unit coordinates, larger than the accuracy of the searches.
+  static constexpr double edge_step = 2e-3;
   /// Time that is granted even if the search has used up its own.
   static constexpr double min_time_fraction = 0.02;
 
@@ -273,6 +389,23 @@ class DesignCompletion {
 
   VectorX break_ties(const DesignOutcome& outcome) const {
     return design::break_ties(context_, *objective_, outcome.conditions, unit_coordinates(outcome.x));
+  }
+
+  /// Tries slightly larger and smaller lengths.
+  void find_edges(DesignOutcome& outcome) const {
+    const VectorX u = unit_coordinates(outcome.x);
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      if (!context_.classification.is_geometric[static_cast<std::size_t>(i)] ||
+          !problem_.variables[static_cast<std::size_t>(i)].discrete_values.empty())
+        continue;
+      for (const double step : {edge_step, -edge_step}) {
+        VectorX moved = u;
+        moved[i] += step;
+        if (std::abs(moved[i]) > 1 || context_.budget.is_spent()) continue;
+        if (std::string reason = context_.infeasibility_reason(moved); !reason.empty() && !context_.budget.stopped)
+          outcome.edges.push_back({i, step > 0, std::move(reason)});
+      }
+    }
   }
 
   /// Replaces the numbers of a design by those of an equal one.

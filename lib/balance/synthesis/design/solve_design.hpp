@@ -4,6 +4,7 @@
 
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
 
 namespace balance {
 
@@ -47,12 +48,13 @@ struct SearchEffort {
     starts_exhausted,  ///< all starts were used
     proved,            ///< optimality was proved
     time_limit,        ///< the time limit was reached
+    starts_agree,      ///< enough independent starts ended at the best value
   };
   int starts = 0;  ///< number of starts for solving the conditions
   int local_searches = 0;
-  int repeated_optima = -1;  ///< local searches over lengths that ended at the best value; −1: none
   int geometries = 0;        ///< number of sets of lengths at which the masses were solved for
   int evaluations = 0;       ///< of the objective
+  std::vector<double> ends;  ///< values of the objective at the ends of independent starts; NaN: without a design
   Termination termination = Termination::not_searched;
 };
 
@@ -61,6 +63,14 @@ struct LimitOutcome {
   double value = std::numeric_limits<double>::quiet_NaN();  ///< [SI]
   double violation = 0;                                     ///< relative to the bound; negative: margin
   bool is_active = false;                                   ///< no margin, or violated
+};
+
+/// A length or ratio that cannot change further although its bounds would permit it: the mechanism cannot be assembled
+/// there, leaves its assembly mode or cannot complete its motion.
+struct FeasibilityEdge {
+  int variable = 0;
+  bool is_upper = false;  ///< whether larger values are infeasible; else smaller ones
+  std::string reason;
 };
 
 /// The elements that were kept.
@@ -93,6 +103,7 @@ struct DesignOutcome {
   SolutionSet solution_set;           ///< of equivalent designs
   std::vector<LimitOutcome> limits;   ///< in the order of the problem
   bool within_limits = true;
+  std::vector<FeasibilityEdge> edges;         ///< at which the design lies
   std::optional<ElementSelection> selection;  ///< if there were choices
   /// If the limits are violated: proved lower bound of the violation of the worst limit.
   double min_violation_bound = std::numeric_limits<double>::quiet_NaN();

@@ -60,7 +60,9 @@ class FigureDifferentiation {
   bool differentiate(Eigen::Index first, Eigen::Index last) {
     const RecordedValues<DualNumber> values = derived_by(first, last);
     const auto trajectory = cast_scalar<DualNumber>(space_.recording->trajectories[trajectory_], values);
-    const RunGradient gradient = differentiate_run(values.mechanism(), trajectory, arrays_);
+    MechanismOf<DualNumber> mechanism = values.mechanism();
+    if (space_.assembly_mode) set_assembly(mechanism, space_.instantiate(x_).mechanism.assembly);
+    const RunGradient gradient = differentiate_run(mechanism, trajectory, arrays_);
     out_.outcome = gradient.run.outcome;
     if (gradient.run.outcome.status != MotionStatus::done) return false;
     if (out_.quantities.empty()) name_quantities(gradient.run);
