@@ -40,7 +40,7 @@ TEST_CASE("design: starts agree up to 1e-6 of the best value, also where that is
     CHECK(agreement.farthest_other == doctest::Approx(0.25));
     CHECK(!agreement.is_reached());
   }
-  CHECK(compare_starts({0, 1e-12, 0, 1}, 0).agreeing == 3);
+  CHECK(compare_starts({0, 5e-13, 0, 1}, 0).agreeing == 3);
 }
 
 /// A link of 2 kg whose CoM lies at 0.25 and two counterweights, 0.2 a + 0.4 b = 0.5, with a figure of several minima
