@@ -12,8 +12,8 @@ StartAgreement compare_starts(const std::vector<double>& ends, double best) {
   double largest = std::abs(best);
   for (const double end : ends)
     if (std::isfinite(end)) largest = std::max(largest, std::abs(end));
-  // next to zero, differences are round-off of the largest end
-  const double size = std::max({std::abs(best), 1e-9 * largest, 1e-300});
+  // next to zero, 1e-12 of the largest end is round-off (relative_figure_round_off)
+  const double size = std::max({std::abs(best), 1e-6 * largest, 1e-300});
   for (const double end : ends) {
     if (!std::isfinite(end)) {
       ++agreement.failed;
