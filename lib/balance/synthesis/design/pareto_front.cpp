@@ -455,6 +455,29 @@ class ParetoFrontBuilder {
     const int grid_size = std::max(2, static_cast<int>(std::sqrt(static_cast<double>(max_points_))));
     for (int row = 0; row < grid_size && !search_.is_budget_exhausted(); ++row)
       fill_row(row / (grid_size - 1.0), grid_size);
+    drop_dominated();
+    while (static_cast<int>(front_.points.size()) < max_points_ && !search_.is_budget_exhausted())
+      if (!fill_widest_gap()) return;
+  }
+
+  /// Limits the second figure in the middle of its widest gap between points: rows of the grid collapse where the other
+  /// two figures do not conflict. @return whether there are new points
+  bool fill_widest_gap() {
+    std::vector<double> values;
+    for (const ParetoPoint& point : front_.points) values.push_back(point.values[1]);
+    std::sort(values.begin(), values.end());
+    std::size_t widest = 0;
+    for (std::size_t k = 0; k + 1 < values.size(); ++k)
+      if (values[k + 1] - values[k] > values[widest + 1] - values[widest]) widest = k;
+    if (values.size() < 2 || !(values[widest + 1] - values[widest] > separation()[1])) return false;
+    VectorX limits = search_.no_limits();
+    limits[1] = (values[widest] + values[widest + 1]) / 2;
+    const std::size_t count = front_.points.size();
+    for (const int i : {0, 2})
+      if (static_cast<int>(front_.points.size()) < max_points_) find_point_within(i, limits);
+    const bool has_new_points = front_.points.size() > count;
+    drop_dominated();
+    return has_new_points && front_.points.size() > count;
   }
 
   void fill_row(double fraction, int grid_size) {

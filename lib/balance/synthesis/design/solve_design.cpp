@@ -162,7 +162,13 @@ class RepeatedSearch {
     }
     if (problem_.on_progress)
       repeated.on_progress = [this](const SearchProgress& progress) { return report(progress); };
-    DesignOutcome outcome = search_(repeated);
+    DesignOutcome outcome;
+    try {
+      outcome = search_(repeated);
+    } catch (const SpecError&) {  // an expression of the spec has no value at the start
+      effort_.ends.push_back(std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
     is_interrupted_ = outcome.optimality == Optimality::budget_exhausted;
     complete_ends(outcome.effort, outcome);
     if (is_success(outcome) != is_success(best_)) {
