@@ -122,7 +122,7 @@ RandomProblem random_six_bar(std::uint64_t seed) {
 
 /// The least figure of the designs with at most `count` of the counterweights, each set solved without a choice;
 /// infinite if no set of them does.
-double least_of_all_sets(const RandomProblem& problem, std::size_t count, const std::string& design) {
+double min_over_all_sets(const RandomProblem& problem, std::size_t count, const std::string& design) {
   double least = std::numeric_limits<double>::infinity();
   const std::size_t n = problem.counterweights.size();
   for (std::size_t set = 1; set < std::size_t{1} << n; ++set) {
@@ -166,7 +166,7 @@ TEST_CASE("a four-bar needs two counterweights, a five-bar three, a 3RRR six") {
   check_fewest(find_design(read(with("3rrr-force-balance.yaml", for_3rrr, "{counterweights: least}"))), 6);
 }
 
-TEST_CASE("a count that is not enough is impossible, with the one that is") {
+TEST_CASE("a count that is not min_count is impossible, with the one that is") {
   const DesignReport report = find_design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: 2}")));
   CHECK(report.outcome.status == DesignStatus::infeasible);
   CHECK(report.outcome.is_proved_infeasible);
@@ -189,7 +189,7 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
           read(replaced(text, "[cw11, cw12, cw21, cw22], most: 2", "[" + names[i] + ", " + names[k] + "], most: 0")));
       least = std::min(least, pair.outcome.objective);  // the other pair
     }
-  CHECK(best.outcome.objective == doctest::Approx(least).epsilon(1e-6));
+  CHECK(best.outcome.objective == doctest::Approx(min_mass).epsilon(1e-6));
 }
 
 TEST_CASE("what cannot vanish cannot be left out") {
@@ -205,22 +205,22 @@ TEST_CASE("a choice is the best of all its sets, each solved without a choice, a
     CAPTURE(seed);
     const RandomProblem problem = seed % 3 == 0 ? random_six_bar(seed) : random_four_bar(seed);
     const std::string design = designs[seed % 2];
-    const std::size_t enough = problem.counterweights.size() == 3 ? 2 : 3;
-    const double least = least_of_all_sets(problem, enough, design);
-    REQUIRE(std::isfinite(least));
-    for (const std::string& count : {fmt::format("{}", enough), std::string("least")}) {
+    const std::size_t min_count = problem.counterweights.size() == 3 ? 2 : 3;
+    const double min_mass = min_over_all_sets(problem, min_count, design);
+    REQUIRE(std::isfinite(min_mass));
+    for (const std::string& count : {fmt::format("{}", min_count), std::string("least")}) {
       CAPTURE(count);
       const DesignReport report =
           problem.solve(problem.counterweights, design + ", choose: {counterweights: " + count + "}");
       CHECK(report.outcome.status == DesignStatus::balanced);
       CHECK(report.outcome.optimality == balance::Optimality::proved_global);
-      CHECK(report.outcome.objective == doctest::Approx(least).epsilon(proof_tolerance));
-      CHECK(report.outcome.lower_bound <= least * (1 + proof_tolerance));
-      CHECK(kept(report) == static_cast<int>(enough));
+      CHECK(report.outcome.objective == doctest::Approx(min_mass).epsilon(proof_tolerance));
+      CHECK(report.outcome.lower_bound <= min_mass * (1 + proof_tolerance));
+      CHECK(kept(report) == static_cast<int>(min_count));
       check_left_out(report);
-      if (count == "least") check_fewest(report, static_cast<int>(enough));
+      if (count == "least") check_fewest(report, static_cast<int>(min_count));
     }
-    CHECK(least_of_all_sets(problem, enough - 1, design) == std::numeric_limits<double>::infinity());
+    CHECK(min_over_all_sets(problem, min_count - 1, design) == std::numeric_limits<double>::infinity());
   }
 }
 
