@@ -189,7 +189,7 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
           read(replaced(text, "[cw11, cw12, cw21, cw22], most: 2", "[" + names[i] + ", " + names[k] + "], most: 0")));
       least = std::min(least, pair.outcome.objective);  // the other pair
     }
-  CHECK(best.outcome.objective == doctest::Approx(min_mass).epsilon(1e-6));
+  CHECK(best.outcome.objective == doctest::Approx(least).epsilon(1e-6));
 }
 
 TEST_CASE("what cannot vanish cannot be left out") {

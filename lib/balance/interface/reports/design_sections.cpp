@@ -795,15 +795,18 @@ std::string increase_text(const MetricChange& change) {
                    : fmt::format("{} x {:.3g}", change.figure, ratio);
 }
 
-/// Figures along a trajectory that are larger than before, as a sentence; empty if there are none.
+/// Figures along a trajectory that are larger than before, as a sentence; empty if there are none. Of several torques
+/// only the worst counts, and the moment about the centre of mass is a part of another.
 std::string losses_text(const TrajectoryComparison& comparison) {
   constexpr double min_relative_increase = 1e-3;
   std::vector<std::pair<std::string, std::string>> losses;  // quantity, its figures
   const bool has_one_actuator = comparison.before.actuator_names.size() == 1;
   for (const MetricChange& change : list_metric_changes(comparison)) {
-    if (!(change.after > (1 + min_relative_increase) * change.before)) continue;
-    if (change.quantity == "torque" && has_one_actuator) continue;
-    const std::string quantity = change.quantity == "torque" ? "worst torque" : change.quantity;
+    if (!(change.after > (1 + min_relative_increase) * change.before) || change.quantity == "shaking_moment_com")
+      continue;
+    const bool is_worst = change.quantity == "torque";
+    if (is_worst ? has_one_actuator : !has_one_actuator && !change.quantity.starts_with("shaking_")) continue;
+    const std::string quantity = is_worst ? "worst torque" : change.quantity;
     if (losses.empty() || losses.back().first != quantity) losses.emplace_back(quantity, "");
     losses.back().second += (losses.back().second.empty() ? "" : ", ") + increase_text(change);
   }

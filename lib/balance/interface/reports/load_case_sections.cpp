@@ -249,7 +249,7 @@ std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignRe
   };
   TextTable table{{"load"}, {Align::left}, {}};
   if (has_conditions) table.heading.push_back("conditions");
-  table.heading.push_back("largest effort at rest" + actuators + unit);
+  table.heading.push_back("peak at rest" + actuators + unit);
   for (const LoadCaseRun& run : cases.front().runs)
     if (is_shown(run)) table.heading.push_back(run.trajectory + ": torque peak, mean" + unit);
   table.align.resize(table.heading.size(), Align::right);
