@@ -108,12 +108,14 @@ Command setup_design(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("design", "Find numbers that balance a mechanism");
   const auto options = std::make_shared<DesignCommandOptions>();
   add_design_options(*parser, *options);
+  add_verbose_flag(*parser, options->spec.verbose);
   parser->footer(
       "Finds values for the spec's free numbers that meet all conditions of its goal, the best ones if\n"
       "there is an objective; if there are none, the best compromise and the reason. States what is known\n"
       "about optimality: proved-best, local-best or stopped. Prints the numbers, the conditions, their\n"
-      "cost and the gain along every trajectory. Without a goal, the objective alone determines the\n"
-      "numbers. Ctrl-C stops the search with the best result so far.\n"
+      "cost and the gain along the trajectories that the objective and the limits name (--verbose: along\n"
+      "every trajectory). Without a goal, the objective alone determines the numbers. Ctrl-C stops the\n"
+      "search with the best result so far.\n"
       "If the spec has a front, a trade-off between two or three figures, designs along it are listed,\n"
       "numbered from 1; --point K shows one and, with -o, writes it.\n"
       "Exit code 0: balanced (or no goal) and within all limits; 1: a compromise, or impossible; files\n"

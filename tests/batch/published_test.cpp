@@ -85,6 +85,15 @@ TEST_CASE("a row is judged with the tolerance of its exact number") {
   CHECK(summary_junit(summary(-6.91)).find("name=\"K15-2: piston speed\"") != std::string::npos);
 }
 
+TEST_CASE("a proof compares figures, and a case's rows have names of their own") {
+  const std::string improved = "printed: 2, exact: 1, verdict: improved, figure: 'peak(torque)', proof: ";
+  CHECK(message(row(improved + "1 < 2")).find("proof: expected a requirement such as") != std::string::npos);
+  CHECK(suite_of(row(improved + "'verdict() == proved-best'")).cases.at(0).published.at(0).proof);
+  const std::string twice = "{what: w, printed: 2, verdict: reproduced, figure: 'peak(torque)'}";
+  CHECK(message("cases: {a: {spec: s, published: [" + twice + ", " + twice + "]}}")
+            .find("published[1]: two published numbers of one case are called 'w'") != std::string::npos);
+}
+
 TEST_CASE("units of rows convert to SI") {
   const std::pair<const char*, double> units[] = {
       {"deg", pi / 180}, {"N mm", 1e-3},        {"rad/s^2", 1},

@@ -1,5 +1,6 @@
 #include "../files/hdf5_reader.hpp"
 #include "balance/interface/reports/design_sections.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "design_sample.hpp"
 
 #include <nlohmann/json.hpp>
@@ -24,7 +25,7 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
         "\n"
         "free number [SI]       lower  upper    before      value\n"
         "bodies.a.com[0]           -1      1  0.500000  -0.250000\n"
-        "counterweights.b.mass      0     10         0    10.0000  at upper bound\n"
+        "counterweights.b.mass      0     10         0    10.0000  at upper\n"
         "\n"
         "no  condition            before  after\n"
         " 1  a.mx + l1 b.m = 0      0.12    met\n"
@@ -89,7 +90,7 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
   }
   CHECK(design_text(view, one_line)
             .find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
-                  "search: {seconds: 240} allows more\n") != std::string::npos);
+                  "--seconds 240 allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
@@ -107,11 +108,30 @@ TEST_CASE("what a search leaves free is counted and named (B11)") {
 TEST_CASE("without a goal nothing is called balanced (B12)") {
   DesignReportData view = sample::design();
   view.report.outcome.status = DesignStatus::no_goal;
-  CHECK(design_text(view, one_line).find("made up: the least possible added mass; no goal was set\n") == 0);
+  CHECK(design_text(view, one_line).find("made up: the least possible added mass\n") == 0);
   view.report.outcome.optimality = Optimality::local_optimum;
-  CHECK(design_text(view, one_line).find("made up: a small added mass; no goal was set\n") == 0);
+  CHECK(design_text(view, one_line).find("made up: the smallest added mass that was found\n") == 0);
   view.report.outcome.status = DesignStatus::no_feasible_start;
   CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
+}
+
+TEST_CASE("only the trajectories that the objective and the limits name are shown") {
+  DesignReportData view = sample::design();
+  view.trajectories = {"cycloid"};
+  CHECK(design_text(view).find("trajectory a/b") == std::string::npos);
+  CHECK(design_text(view).find("\nalong a/b: see --verbose\n") != std::string::npos);
+  CHECK(nlohmann::json::parse(design_json(view, {}))["trajectories"].size() == 2);
+  CHECK(design_text(view, {.verbose = true}).find("trajectory a/b") != std::string::npos);
+}
+
+TEST_CASE("what got worse is said") {
+  DesignReportData view = sample::design();
+  CHECK(design_text(view).find("worse than before") == std::string::npos);
+  std::vector<Metric>& after = view.report.comparisons[0].after.metrics;
+  after[0].peak = 123;
+  after[0].rms = 400;
+  CHECK(design_text(view, one_line).find("worse than before along cycloid: torque[A] (peak +23 %, rms x 8)\n") !=
+        std::string::npos);
 }
 
 TEST_CASE("changes drop what round-off leaves, but not what is small") {

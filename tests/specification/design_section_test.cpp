@@ -103,7 +103,8 @@ TEST_CASE("mistakes in what to design for are named") {
       {"minimize: added-mass", "minimize: ~", "s.yaml:37:34: design.minimize: expected what to minimize"},
       {"minimize: added-mass", "minimize: []", "s.yaml:37:34: design.minimize: expected at least one term"},
       {"minimize: added-mass", "minimize: [added-mass, {weight: 1}]",
-       "s.yaml:37:47: design.minimize[1]: missing key: expected 'of', 'peak', 'rms', 'mean' or 'range', found only "
+       "s.yaml:37:47: design.minimize[1]: missing key: expected 'of', 'peak', 'rms', 'mean', 'range', 'minimum' or "
+       "'maximum', found only "
        "weight"},
       {"minimize: added-mass", "minimize: {of: added-mass, along: line}",
        "s.yaml:37:58: design.minimize.along: expected no 'along' with 'of'"},
@@ -111,7 +112,8 @@ TEST_CASE("mistakes in what to design for are named") {
       {"minimize: added-mass", "minimize: {rms: torque, peak: torque}",
        "s.yaml:37:40: design.minimize.rms: expected a quantity (torque[J1], torque[J2], force[D.slide], power, "},
       {"minimize: added-mass", "minimize: {rms: power, peak: power}",
-       "s.yaml:37:53: design.minimize.peak: expected one of 'of', 'peak', 'rms', 'mean' and 'range', found a second "
+       "s.yaml:37:53: design.minimize.peak: expected one of 'of', 'peak', 'rms', 'mean', 'range', 'minimum' and "
+       "'maximum', found a second "
        "one"},
       {"minimize: added-mass", "minimize: {rms: powr}", "s.yaml:37:40: design.minimize.rms: expected a quantity"},
       {"minimize: added-mass", "minimize: {rms: power, along: lime}",

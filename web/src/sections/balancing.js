@@ -114,7 +114,7 @@ export function designSection(data) {
   ];
   if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best" : "not shown to be the best"}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
-    h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), ` — ${design.reason}.`.replace("..", ".")),
+    h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), design.reason ? ` — ${design.reason}.`.replace("..", ".") : "."),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),

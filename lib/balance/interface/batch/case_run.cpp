@@ -20,6 +20,7 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/design/status_names.hpp"

@@ -154,7 +154,9 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
         }},
        {"note", Presence::optional, [&](const SpecCursor& c) { row.note = c.read_word("a sentence"); }},
        {"proof", Presence::optional, [&](const SpecCursor& c) {
-          row.proof = {read_requirement(c, names, "a requirement such as 'verdict() == proved-best'"), locate(c, file)};
+          const char* expectation = "a requirement such as 'verdict() == proved-best'";
+          row.proof = {read_requirement(c, names, expectation), locate(c, file)};
+          if (list_figures(row.proof->requirement).empty()) c.fail_expected(expectation);
         }}});
   if (!is_complete) throw CascadingError();
   const bool has_exact = !exact_text.empty();

@@ -184,7 +184,14 @@ void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilde
     builder.problems.collect([&, &at = at] {
       for (const SpecCursor& item : at.items("a list of published numbers"))
         builder.problems.collect([&] {
-          suite_case.published.push_back(read_published_row(item, names_of(suite_case), has_proof, builder.file));
+          PublishedRow row = read_published_row(item, names_of(suite_case), has_proof, builder.file);
+          for (const PublishedRow& earlier : suite_case.published)
+            if (earlier.what == row.what)
+              item.fail({.message = fmt::format("two published numbers of one case are called {}",
+                                                quote_for_message(row.what)),
+                         .expected = "another name in 'what'",
+                         .found = quote_for_message(row.what)});
+          suite_case.published.push_back(std::move(row));
         });
     });
   }

@@ -1,13 +1,10 @@
 #include "balance/interface/comparison/figure_evaluation.hpp"
 
-#include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/error.hpp"
-#include "balance/foundation/base/rotation.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/mechanics/results/metrics.hpp"
-#include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
@@ -16,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace balance {
@@ -233,226 +229,21 @@ const std::array<FigureFunction, 21> figure_table{{
 }};
 // clang-format on
 
-/// Names of what the columns of a quantity belong to; null: of a whole scalar or vector.
-const std::vector<std::string>* owner_names(ColumnKind columns, const RunResult& run) {
-  switch (columns) {
-    case ColumnKind::coordinate: return &run.coordinate_names;
-    case ColumnKind::actuator: return &run.actuator_names;
-    case ColumnKind::joint:
-    case ColumnKind::joint_axis: return &run.joint_names;
-    case ColumnKind::constraint: return &run.constraint_names;
-    case ColumnKind::sliding: return &run.sliding_names;
-    case ColumnKind::body:
-    case ColumnKind::body_axis:
-    case ColumnKind::body_quaternion: return &run.body_names;
-    case ColumnKind::single:
-    case ColumnKind::axis:
-    case ColumnKind::quaternion: return nullptr;
-  }
-  return nullptr;
-}
-
-std::vector<std::string> component_names(const QuantityDefinition& kind, const RunResult& run) {
-  switch (columns_of(kind, run)) {
-    case ColumnKind::axis:
-    case ColumnKind::joint_axis:
-    case ColumnKind::body_axis: return axis_labels(run.axes);
-    case ColumnKind::quaternion:
-    case ColumnKind::body_quaternion: return quaternion_labels();
-    default:
-      if (kind.shape == QuantityDefinition::Shape::moment) return {"z"};
-      return {};
-  }
-}
-
-/// The name without spaces, as in inertia[J1,J2].
-std::string without_spaces(std::string name) {
-  std::erase(name, ' ');
-  return name;
-}
-
-VectorX angular_components(const Vector3& w, int moment_axes) {
-  if (moment_axes == 1) return VectorX::Constant(1, w.z());
-  return w;
-}
-
 }  // namespace
 
 std::span<const FigureFunction> figure_functions() { return figure_table; }
 
-FigureEvaluator::FigureEvaluator(FigureSubject subject) : subject_(std::move(subject)) {
-  if (subject_.run == nullptr) {
-    if (subject_.equations != nullptr) list_equation_quantities();
-    return;
-  }
-  const RunResult& run = *subject_.run;
-  const IntermediateSamples* between = run.intermediate.get();
-  std::size_t j = 0;
-  for (Eigen::Index k = 0; k < run.time.size(); ++k) {
-    for (; between != nullptr && j < between->next_sample.size() && between->next_sample[j] == k; ++j)
-      rows_.emplace_back(&between->rows, static_cast<Eigen::Index>(j));
-    rows_.emplace_back(&run, k);
-  }
-  times_.resize(static_cast<Eigen::Index>(rows_.size()));
-  for (std::size_t i = 0; i < rows_.size(); ++i)
-    times_[static_cast<Eigen::Index>(i)] = rows_[i].first->time[rows_[i].second];
-  recorded_times_ = run.time;
-  list_run_quantities();
-  if (subject_.mechanism != nullptr) list_motion_quantities();
+FigureEvaluator::FigureEvaluator(FigureSubject subject)
+    : subject_(std::move(subject)), quantities_(subject_.run, subject_.mechanism, subject_.points) {
   if (subject_.equations != nullptr) list_equation_quantities();
-}
-
-/// Whether there are samples of an array at all rows, not only at the recorded ones.
-bool FigureEvaluator::is_merged(Samples RunResult::*array) const {
-  const IntermediateSamples* between = subject_.run->intermediate.get();
-  return between == nullptr || (between->rows.*array).cols() == (subject_.run->*array).cols();
-}
-
-/// Columns of an array at all rows; only at the recorded ones if the intermediate samples lack them.
-Samples FigureEvaluator::merge(Samples RunResult::*array, int first, int count) const {
-  const Samples& recorded = subject_.run->*array;
-  if (subject_.run->intermediate == nullptr || !is_merged(array)) return recorded.middleCols(first, count);
-  Samples merged(static_cast<Eigen::Index>(rows_.size()), count);
-  for (std::size_t i = 0; i < rows_.size(); ++i)
-    merged.row(static_cast<Eigen::Index>(i)) = (rows_[i].first->*array).row(rows_[i].second).segment(first, count);
-  return merged;
-}
-
-void FigureEvaluator::list_run_quantities() {
-  const RunResult& run = *subject_.run;
-  const std::vector<balance::Quantity> all = list_all_quantities(run);
-  for (std::size_t q = 0; q < all.size(); ++q) {
-    const balance::Quantity& quantity = all[q];
-    const QuantityDefinition& kind = quantity_table()[q];
-    if (quantity.samples->size() == 0 || quantity.samples->rows() != run.time.size()) continue;
-    // the bodies' poses follow from the mechanism where it is known
-    if (kind.occasion == Availability::poses && subject_.mechanism != nullptr) continue;
-    const std::vector<std::string>* owners = owner_names(quantity.columns, run);
-    const std::size_t count = owners == nullptr ? 1 : owners->size();
-    const int width = static_cast<int>(quantity.samples->cols()) / static_cast<int>(count);
-    for (std::size_t owner = 0; owner < count; ++owner) {
-      const int first = static_cast<int>(owner) * width;
-      const std::string& unit = quantity.unit_of(owner, count);
-      std::vector<double> round_off;
-      for (int k = 0; k < width; ++k) round_off.push_back(column_round_off(run, quantity.member, first + k));
-      quantities_.push_back(
-          {owners == nullptr ? quantity.name : effort_display_name(quantity.name, unit) + "[" + (*owners)[owner] + "]",
-           unit == "1" ? "" : unit, component_names(kind, run),
-           [this, member = quantity.member, first, width] { return merge(member, first, width); },
-           is_merged(quantity.member) ? &times_ : &recorded_times_, std::move(round_off)});
-    }
-  }
-}
-
-const std::vector<std::vector<BodyMotion>>& FigureEvaluator::motions() {
-  if (!motions_.empty()) return motions_;
-  const IntermediateSamples* between = subject_.run->intermediate.get();
-  std::vector<std::vector<BodyMotion>> recorded =
-                                           body_motions(*subject_.mechanism, *subject_.run, subject_.run->time.size()),
-                                       intermediate;
-  if (between != nullptr)
-    intermediate =
-        body_motions(*subject_.mechanism, between->rows, static_cast<Eigen::Index>(between->next_sample.size()));
-  for (const auto& [result, row] : rows_)
-    motions_.push_back(std::move((result == subject_.run ? recorded : intermediate)[static_cast<std::size_t>(row)]));
-  return motions_;
-}
-
-void FigureEvaluator::add_motion(std::string name, const char* unit, std::vector<std::string> components,
-                                 std::function<VectorX(const std::vector<BodyMotion>&)> value) {
-  const auto samples = [this, value = std::move(value)] {
-    const std::vector<std::vector<BodyMotion>>& all = motions();
-    Samples rows;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const VectorX row = value(all[i]);
-      if (i == 0) rows.resize(static_cast<Eigen::Index>(all.size()), row.size());
-      rows.row(static_cast<Eigen::Index>(i)) = row.transpose();
-    }
-    return rows;
-  };
-  quantities_.push_back({std::move(name), unit, std::move(components), samples, &times_, {}});
-}
-
-void FigureEvaluator::add_moving_point(const std::string& position_name, const std::string& velocity_name,
-                                       const std::string& acceleration_name, BodyId body, const Vector3& r) {
-  const auto b = static_cast<std::size_t>(body);
-  const int axes = subject_.run->axes;
-  const std::vector<std::string> labels = axis_labels(axes);
-  if (!position_name.empty())
-    add_motion(position_name, "m", labels, [=](const std::vector<BodyMotion>& bodies) -> VectorX {
-      return bodies[b].point_position(r).head(axes);
-    });
-  add_motion(velocity_name, "m/s", labels,
-             [=](const std::vector<BodyMotion>& bodies) -> VectorX { return bodies[b].point_velocity(r).head(axes); });
-  add_motion(acceleration_name, "m/s^2", labels, [=](const std::vector<BodyMotion>& bodies) -> VectorX {
-    return bodies[b].point_acceleration(r).head(axes);
-  });
-}
-
-void FigureEvaluator::list_motion_quantities() {
-  const Mechanism& mechanism = *subject_.mechanism;
-  const RunResult& run = *subject_.run;
-  if (run.coordinate_names.size() != mechanism.coordinates.size() || run.joint_position.rows() != run.time.size())
-    return;
-  const bool planar = run.moment_axes == 1;
-  const std::vector<std::string> turn_labels = planar ? std::vector<std::string>{"z"} : axis_labels(3);
-  if (mechanism.tool)
-    add_moving_point("", "tool_velocity", "tool_acceleration", mechanism.tool->body, mechanism.tool->position);
-  for (const FigurePoint& point : subject_.points)
-    add_moving_point("point_position[" + point.name + "]", "point_velocity[" + point.name + "]",
-                     "point_acceleration[" + point.name + "]", point.body, point.position);
-  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
-    const std::string owner = "[" + mechanism.bodies[b].name + "]";
-    add_moving_point("body_position" + owner, "body_velocity" + owner, "body_acceleration" + owner, static_cast<int>(b),
-                     Vector3::Zero());
-    add_motion("body_angular_velocity" + owner, "rad/s", turn_labels, [=, axes = run.moment_axes](const auto& bodies) {
-      return angular_components(bodies[b].angular_velocity, axes);
-    });
-    add_motion("body_angular_acceleration" + owner, "rad/s^2", turn_labels,
-               [=, axes = run.moment_axes](const auto& bodies) {
-                 return angular_components(bodies[b].angular_acceleration, axes);
-               });
-    const auto continuous = [planar](double& value, double previous) {
-      if (planar) value = previous + std::remainder(value - previous, 2 * std::numbers::pi);
-    };
-    const auto orientation = [this, b, planar, continuous] {
-      const std::vector<std::vector<BodyMotion>>& all = motions();
-      Samples rows(static_cast<Eigen::Index>(all.size()), planar ? 1 : 4);
-      for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-        Eigen::Vector4d quaternion = quaternion_of(all[static_cast<std::size_t>(i)][b].rotation);
-        if (planar) {
-          rows(i, 0) = 2 * elementary::atan2(quaternion[3], quaternion[0]);
-          continuous(rows(i, 0), i == 0 ? 0 : rows(i - 1, 0));
-          continue;
-        }
-        if (i > 0 && rows.row(i - 1).dot(quaternion.transpose()) < 0) quaternion = -quaternion;
-        rows.row(i) = quaternion.transpose();
-      }
-      return rows;
-    };
-    quantities_.push_back({"body_orientation" + owner,
-                           planar ? "rad" : "",
-                           planar ? std::vector<std::string>{} : quaternion_labels(),
-                           orientation,
-                           &times_,
-                           {}});
-  }
-}
-
-void FigureEvaluator::add_constant(std::string name, const std::string& unit, double value) {
-  const bool is_known = std::any_of(quantities_.begin(), quantities_.end(),
-                                    [&](const Quantity& quantity) { return quantity.name == name; });
-  if (is_known) return;
-  if (times_.size() == 0) times_ = VectorX::Zero(1);
-  quantities_.push_back({std::move(name), unit, {}, [value] { return Samples::Constant(1, 1, value); }, &times_, {}});
 }
 
 /// Terms of the equation of motion in the independent coordinates.
 void FigureEvaluator::list_equation_quantities() {
   const EquationsAtConfiguration& at = *subject_.equations;
   for (std::size_t a = 0; at.split && a < at.actuators.size(); ++a)
-    add_constant((at.is_force[a] ? "force[" : "torque[") + at.actuators[a] + "]", at.is_force[a] ? "N" : "N m",
-                 at.split->effort[static_cast<Eigen::Index>(a)]);
+    quantities_.add_constant((at.is_force[a] ? "force[" : "torque[") + at.actuators[a] + "]",
+                             at.is_force[a] ? "N" : "N m", at.split->effort[static_cast<Eigen::Index>(a)]);
   if (!at.terms) return;
   const IndependentTerms& terms = *at.terms;
   const auto velocity = [&](Eigen::Index k) { return at.dq.dot(terms.velocity[static_cast<std::size_t>(k)] * at.dq); };
@@ -460,100 +251,41 @@ void FigureEvaluator::list_equation_quantities() {
   for (std::size_t i = 0; i < at.independent.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const std::string owner = "[" + at.independent[i] + "]", unit = at.is_length[i] ? "N" : "N m";
-    add_constant("gravity" + owner, unit, terms.static_terms.weight[k]);
-    add_constant("springs" + owner, unit, terms.static_terms.springs[k]);
-    add_constant("loads" + owner, unit, terms.static_terms.loads[k]);
-    add_constant("velocity" + owner, unit, velocity(k));
-    add_constant("viscous" + owner, unit, viscous[k]);
+    quantities_.add_constant("gravity" + owner, unit, terms.static_terms.weight[k]);
+    quantities_.add_constant("springs" + owner, unit, terms.static_terms.springs[k]);
+    quantities_.add_constant("loads" + owner, unit, terms.static_terms.loads[k]);
+    quantities_.add_constant("velocity" + owner, unit, velocity(k));
+    quantities_.add_constant("viscous" + owner, unit, viscous[k]);
     // what a motor at the coordinate itself would give
-    add_constant((at.is_length[i] ? "force" : "torque") + owner, unit, inertia[k] + velocity(k) + viscous[k] + rest[k]);
+    quantities_.add_constant((at.is_length[i] ? "force" : "torque") + owner, unit,
+                             inertia[k] + velocity(k) + viscous[k] + rest[k]);
     for (std::size_t j = 0; j < at.independent.size(); ++j) {
       const int lengths = (at.is_length[i] ? 1 : 0) + (at.is_length[j] ? 1 : 0);
-      add_constant("inertia[" + at.independent[i] + "," + at.independent[j] + "]",
-                   lengths == 0   ? "kg m^2"
-                   : lengths == 1 ? "kg m"
-                                  : "kg",
-                   terms.mass(k, static_cast<Eigen::Index>(j)));
+      quantities_.add_constant("inertia[" + at.independent[i] + "," + at.independent[j] + "]",
+                               lengths == 0   ? "kg m^2"
+                               : lengths == 1 ? "kg m"
+                                              : "kg",
+                               terms.mass(k, static_cast<Eigen::Index>(j)));
     }
   }
-}
-
-/// @param component index of the component that the name ends with; −1: the whole quantity
-const FigureEvaluator::Quantity* FigureEvaluator::find_quantity(const std::string& given, int& component,
-                                                                EvaluatedFigure& figure) const {
-  const std::string name = without_spaces(given);
-  component = -1;
-  const auto find = [&](const std::string& stem) -> const Quantity* {
-    for (const std::string& candidate : {stem, to_force_name(stem)})
-      for (const Quantity& quantity : quantities_)
-        if (without_spaces(quantity.name) == candidate) return &quantity;
-    return nullptr;
-  };
-  if (const Quantity* quantity = find(name)) return quantity;
-  std::vector<std::string> members;
-  for (const Quantity& quantity : quantities_)
-    if (quantity.name.starts_with(name + "[")) members.push_back(quantity.name);
-  if (members.size() == 1) return find(without_spaces(members.front()));
-  const std::size_t bracket = name.rfind('['), point = name.rfind('.');
-  const auto find_component = [&](std::size_t split, const std::string& label) -> const Quantity* {
-    const Quantity* quantity = find(name.substr(0, split));
-    if (quantity == nullptr) return nullptr;
-    const auto at = std::find(quantity->components.begin(), quantity->components.end(), label);
-    if (at != quantity->components.end()) {
-      component = static_cast<int>(at - quantity->components.begin());
-      return quantity;
-    }
-    figure.mistaken_name = given;
-    figure.mistake =
-        quantity->components.empty()
-            ? fmt::format("{} is a number: it has no component {}", quantity->name, quote_for_message(label))
-            : fmt::format("{} has no component {}, only {}", quantity->name, quote_for_message(label),
-                          join_with_conjunction(quantity->components, "and"));
-    return nullptr;
-  };
-  const Quantity* quantity = nullptr;
-  if (name.ends_with("]") && bracket != std::string::npos)
-    quantity = find_component(bracket, name.substr(bracket + 1, name.size() - bracket - 2));
-  else if (point != std::string::npos)
-    quantity = find_component(point, name.substr(point + 1));
-  if (quantity != nullptr || !figure.mistake.empty()) return quantity;
-  std::vector<std::string> names;
-  if (subject_.run != nullptr)
-    for (const Metric& metric : subject_.run->metrics) names.push_back(metric.quantity);
-  for (const Quantity& known : quantities_) names.push_back(known.name);
-  if (name.starts_with("point_") && subject_.points.empty()) {
-    figure.mistaken_name = given;
-    figure.mistake = fmt::format("{} needs a case with 'points', such as {{D: body.point}}", quote_for_message(given));
-    return nullptr;
-  }
-  figure.mistaken_name = given;
-  figure.mistake =
-      members.empty()
-          ? fmt::format("no run has a quantity {}{}", quote_for_message(given), append_nearest_name(given, names))
-          : fmt::format("{} has several values: {}", quote_for_message(given), join_alternatives(members));
-  return nullptr;
 }
 
 const FigureEvaluator::NamedCurve* FigureEvaluator::find_curve(const std::string& name, EvaluatedFigure& figure) {
   if (const auto known = curves_.find(name); known != curves_.end()) return &known->second;
-  int component = -1;
-  const Quantity* quantity = find_quantity(name, component, figure);
-  if (quantity == nullptr) return nullptr;
-  Samples samples = quantity->samples();
-  if (component >= 0) samples = Samples(samples.col(component));
-  double round_off = 0;
-  for (std::size_t k = 0; k < quantity->round_off.size(); ++k)
-    if (component < 0 || static_cast<int>(k) == component) round_off = std::max(round_off, quantity->round_off[k]);
-  return &curves_
-              .emplace(name, NamedCurve{quantity->unit,
-                                        std::make_shared<const SampledCurve>(*quantity->times, std::move(samples)),
-                                        round_off})
-              .first->second;
+  const NamedQuantity found = quantities_.find(name);
+  if (found.quantity == nullptr) {
+    figure.mistaken_name = name;
+    figure.mistake = found.mistake;
+    return nullptr;
+  }
+  const auto curve = std::make_shared<const SampledCurve>(*found.quantity->times, found.samples());
+  return &curves_.emplace(name, NamedCurve{found.quantity->unit, curve, found.round_off()}).first->second;
 }
 
 std::optional<double> FigureEvaluator::find_time(const FigureMoment& moment, EvaluatedFigure& figure) {
   using Kind = FigureMoment::Kind;
-  const double begin = times_.size() > 0 ? times_[0] : 0, end = times_.size() > 0 ? times_[times_.size() - 1] : 0;
+  const VectorX& times = quantities_.times();
+  const double begin = times.size() > 0 ? times[0] : 0, end = times.size() > 0 ? times[times.size() - 1] : 0;
   switch (moment.kind) {
     case Kind::none:
     case Kind::start: return begin;

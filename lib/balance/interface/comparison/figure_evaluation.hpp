@@ -5,27 +5,18 @@
 #include "balance/interface/comparison/figure.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
-#include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/result.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace balance {
-
-/// A point fixed to a body.
-struct FigurePoint {
-  std::string name;
-  BodyId body = 0;
-  Vector3 position = Vector3::Zero();  ///< in the body's axes [m]
-};
 
 /// A number by its path: a free number of a design, a solved parameter.
 struct FigureNumber {
@@ -63,14 +54,6 @@ class FigureEvaluator {
   EvaluatedFigure evaluate(const FigureReference& figure);
   const FigureSubject& subject() const { return subject_; }
 
-  /// A sampled scalar or vector of the subject, or one component of a vector.
-  struct Quantity {
-    std::string name, unit;
-    std::vector<std::string> components;  ///< their names; empty: a scalar without any
-    std::function<Samples()> samples;     ///< one row per entry of `times`
-    const VectorX* times = nullptr;
-    std::vector<double> round_off;  ///< per component
-  };
   /// A resolved quantity.
   struct NamedCurve {
     std::string unit;
@@ -84,24 +67,10 @@ class FigureEvaluator {
   bool is_single_state() const { return subject_.run != nullptr && subject_.run->time.size() == 1; }
 
  private:
-  void list_run_quantities();
-  void list_motion_quantities();
   void list_equation_quantities();
-  void add_moving_point(const std::string& position_name, const std::string& velocity_name,
-                        const std::string& acceleration_name, BodyId body, const Vector3& position);
-  void add_motion(std::string name, const char* unit, std::vector<std::string> components,
-                  std::function<VectorX(const std::vector<BodyMotion>&)> value);
-  void add_constant(std::string name, const std::string& unit, double value);
-  const std::vector<std::vector<BodyMotion>>& motions();
-  bool is_merged(Samples RunResult::*array) const;
-  Samples merge(Samples RunResult::*array, int first, int count) const;
-  const Quantity* find_quantity(const std::string& name, int& component, EvaluatedFigure& figure) const;
 
   FigureSubject subject_;
-  std::vector<Quantity> quantities_;
-  std::vector<std::pair<const RunResult*, Eigen::Index>> rows_;  ///< of the run and its intermediate samples, in order
-  VectorX times_, recorded_times_;
-  std::vector<std::vector<BodyMotion>> motions_;  ///< per entry of rows_; empty: not computed
+  RunQuantities quantities_;
   std::map<std::string, NamedCurve> curves_;
 };
 

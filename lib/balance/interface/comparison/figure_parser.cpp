@@ -132,7 +132,17 @@ std::string FigureScanner::read_quantity(const char* figure) {
     position_ = close + 1;
     if (starts_with(".")) skip_name();
   }
-  return text_.substr(begin, position_ - begin);
+  const std::size_t end = position_;
+  skip_space();
+  if (starts_with("about ") && position_ > end) {  // a moment about another point
+    position_ += std::string_view("about ").size();
+    skip_space();
+    const std::size_t point = position_;
+    skip_name();
+    return text_.substr(begin, end - begin) + " about " + text_.substr(point, position_ - point);
+  }
+  position_ = end;
+  return text_.substr(begin, end - begin);
 }
 
 /// The text up to the comma or parenthesis that ends it. Names of runs may contain both.

@@ -32,7 +32,8 @@ class FigureScanner {
 
   /// Reads the arguments of a call up to its closing parenthesis. @param parenthesis position of the opening one
   FigureReference read_call(const FigureFunction& function, std::size_t parenthesis);
-  /// `torque[A1]`, `shaking_force[x]`, `joint_force[B].x`; anything may be in the brackets.
+  /// `torque[A1]`, `shaking_force[x]`, `joint_force[B].x`, `shaking_moment about ground.P`; anything may be in the
+  /// brackets.
   std::string read_quantity(const char* figure);
   /// The text between two equal quotation marks.
   std::string take_quoted();

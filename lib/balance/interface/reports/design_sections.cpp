@@ -10,11 +10,13 @@
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -237,6 +239,13 @@ const char* name_of(FreeNumber::StartSource source) {
   return "";
 }
 
+/// Why a length or ratio cannot change further; null if it can.
+Json edge_json(const DesignReport& report, int number) {
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    if (edge.variable == number) return {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
+  return nullptr;
+}
+
 Json numbers_list(const DesignReport& report) {
   Json list = Json::array();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
@@ -251,7 +260,8 @@ Json numbers_list(const DesignReport& report) {
                     {"before_from", name_of(number.start_source)},
                     {"value", value},
                     {"sizes", number.discrete_values.empty() ? Json(nullptr) : Json(number.discrete_values)},
-                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});
+                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))},
+                    {"at_edge", edge_json(report, static_cast<int>(i))}});
   }
   return list;
 }
@@ -304,13 +314,20 @@ Json freedom_json(const DesignReport& report) {
           {"numbers", std::move(numbers)}};
 }
 
-Json effort_json(const SearchEffort& effort, bool interrupted) {
-  static constexpr const char* termination_names[] = {"nothing-searched", "goal-met", "all-starts-used", "proof",
-                                                      "time"};
+/// @param best value of the design
+Json effort_json(const SearchEffort& effort, double best, bool interrupted) {
+  const StartAgreement agreement = compare_starts(effort.ends, best);
+  const bool has_ends = agreement.starts > 0, has_others = agreement.farthest_other > 0;
+  static constexpr const char* termination_names[] = {
+      "nothing-searched", "goal-met", "all-starts-used", "proof", "time", "starts-agree"};
   const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
-          {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
+          {"same_end", has_ends ? Json(agreement.agreeing) : Json(nullptr)},
+          {"ended", has_ends ? Json(agreement.starts) : Json(nullptr)},
+          {"without_design", has_ends ? Json(agreement.failed) : Json(nullptr)},
+          {"nearest_other", has_others ? Json(agreement.nearest_other) : Json(nullptr)},
+          {"farthest_other", has_others ? Json(agreement.farthest_other) : Json(nullptr)},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
           {"ended_by", is_interrupted ? "interrupt" : termination_names[static_cast<int>(effort.termination)]}};
@@ -349,7 +366,7 @@ void add_outcome(Json& json, const DesignReportData& view) {
   json["status"] = name_of(outcome.status);
   json["optimality"] = name_of(outcome.optimality);
   json["tried"] = outcome.search_summary;
-  json["search"] = effort_json(outcome.effort, view.interrupted.has_value());
+  json["search"] = effort_json(outcome.effort, outcome.objective, view.interrupted.has_value());
   json["seconds"] = view.seconds;
   json["proved"] = outcome.status == DesignStatus::infeasible ? Json(outcome.is_proved_infeasible) : Json(nullptr);
   json["method"] = name_of(outcome.method);
@@ -421,9 +438,6 @@ std::string ratio_text(double before, double after) {
   return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
 }
 
-/// Relative to the value; a smaller gap counts as none.
-constexpr double gap_tolerance = 1e-12;
-
 bool is_proved_best(const DesignReportData& view) {
   return view.report.outcome.optimality == Optimality::proved_global && !view.objective.empty();
 }
@@ -458,9 +472,9 @@ std::string headline(const DesignReportData& view) {
     case DesignStatus::no_feasible_start:
       return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
     case DesignStatus::no_goal:
-      if (is_proved_best(view)) return fmt::format("the least possible {}; no goal was set", view.objective);
-      if (view.objective.empty()) return "all limits are kept; no goal was set";
-      return fmt::format("a small {}; no goal was set", view.objective);
+      if (view.objective.empty()) return "all limits are kept";
+      if (is_proved_best(view)) return "the least possible " + view.objective;
+      return fmt::format("the smallest {} that was found", view.objective);
   }
   return "";
 }
@@ -476,8 +490,7 @@ std::string objective_line(const DesignReportData& view, const SpecUnits& units)
   if (view.objective_unit.empty() && has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
   for (const RobustTerm& one : view.report.robust) {
-    const DisplayUnit own =
-        find_display_unit(find_metric_unit(view.report.study_before.mechanism, one.term.quantity), units);
+    const DisplayUnit own = find_display_unit(unit_of_term(view.report.study_before.mechanism, one.term), units);
     text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
                         objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
                         number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
@@ -504,10 +517,37 @@ std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
   return text;
 }
 
+/// "5 of 9 starts ended within 1e-6 of it, the others 3 % to 12 % above"; empty if there was a single start.
+std::string agreement_text(const StartAgreement& agreement) {
+  if (agreement.starts < 2) return "";
+  std::string text = fmt::format("{} of {} starts ended within {:g} of it", agreement.agreeing, agreement.starts,
+                                 start_agreement_tolerance);
+  const int others = agreement.starts - agreement.agreeing - agreement.failed;
+  const auto percent = [](double fraction) { return fmt::format("{:.2g} %", 100 * fraction); };
+  if (others == 1)
+    text += fmt::format(", another one {} above", percent(agreement.nearest_other));
+  else if (others > 1)
+    text +=
+        fmt::format(", the others {} to {} above", percent(agreement.nearest_other), percent(agreement.farthest_other));
+  if (agreement.failed > 0) text += fmt::format(", {} without a design", agreement.failed);
+  return text;
+}
+
+/// What to do if the starts do not agree.
+std::string disagreement_advice(const DesignReportData& view, const StartAgreement& agreement) {
+  if (agreement.is_reached() || agreement.starts == 0) return "";
+  return fmt::format(
+      "the starts do not agree, so that a better one may exist: --starts {}, --seconds {:g} and other seeds "
+      "(search: {{seed: 2}}) may find it\n",
+      4 * agreement.starts, 4 * view.seconds);
+}
+
 /// What is known of its optimality.
 std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
-  const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
+  const StartAgreement agreement = compare_starts(outcome.effort.ends, outcome.objective);
+  const std::string tried = outcome.effort.ends.size() > 1 ? agreement_text(agreement) : outcome.search_summary;
+  const std::string search_summary = tried.empty() ? "" : " (" + tried + ")";
   const DisplayUnit unit = find_display_unit(view.objective_unit, units);
   const char* optimum = !outcome.within_limits ? "the smallest violation of the limits"
                         : view.objective.empty() || std::isnan(outcome.objective)
@@ -520,20 +560,18 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
         return "optimality: proved-best: no other choice has a smaller worst limit violation\n";
       if (std::isnan(outcome.lower_bound))
         return "optimality: proved-best: no other choice has a smaller residual of the conditions\n";
-      return fmt::format(
-          "optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
-          number_text(unit.convert(outcome.lower_bound)),
-          outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? unit.convert(outcome.gap()) : 0.0);
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0\n",
+                         number_text(unit.convert(outcome.lower_bound)));
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
-                         optimum);
+                         optimum) +
+             disagreement_advice(view, agreement);
     case Optimality::budget_exhausted:
       if (view.interrupted)
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
                            search_summary, optimum);
       return fmt::format(
-          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; search: {{seconds: {:g}}} allows "
-          "more\n",
+          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; --seconds {:g} allows more\n",
           view.seconds, search_summary, optimum, 4 * view.seconds);
   }
   return "";
@@ -604,18 +642,20 @@ std::string reasons(const DesignReportData& view, const SpecUnits& units) {
 
 std::string bound_remark(const FreeNumber& number, int bound) {
   if (!number.discrete_values.empty()) return fmt::format("one of {} sizes", number.discrete_values.size());
-  return bound < 0 ? "at lower bound" : (bound > 0 ? "at upper bound" : "");
+  return bound < 0 ? "at lower" : (bound > 0 ? "at upper" : "");
 }
 
 /// Explains "before" for numbers without a start value.
 std::string format_start_note(const std::vector<FreeNumber>& numbers) {
-  std::string midpoint_paths;
+  constexpr std::size_t max_listed_paths = 3;
+  std::vector<std::string> paths;
   for (const FreeNumber& number : numbers)
-    if (number.start_source == FreeNumber::StartSource::midpoint)
-      midpoint_paths += (midpoint_paths.empty() ? "" : ", ") + number.key_path;
-  return midpoint_paths.empty()
-             ? ""
-             : fmt::format("before: in the middle of the bounds, without a 'start': {}\n", midpoint_paths);
+    if (number.start_source == FreeNumber::StartSource::midpoint) paths.push_back(number.key_path);
+  if (paths.empty()) return "";
+  if (paths.size() > max_listed_paths)
+    return fmt::format("before: in the middle of the bounds where the spec has no 'start' ({} numbers)\n",
+                       paths.size());
+  return fmt::format("before: in the middle of the bounds, without a 'start': {}\n", fmt::join(paths, ", "));
 }
 
 std::string numbers_text(const DesignReportData& view, const TextOptions& options) {
@@ -673,19 +713,30 @@ std::string conditions_table(const DesignReportData& view, const TextOptions& op
   return text.empty() ? "" : text + "\n";
 }
 
+bool has_balancing_elements(const Mechanism& mechanism) {
+  return !mechanism.discs.empty() ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(),
+                     [](const Attachment& one) { return one.kind == AttachmentKind::counterweight; });
+}
+
 std::string cost_text(const DesignReport& report, const SpecUnits& units) {
   const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
+  const auto describe_total = [](double before, double after, const DisplayUnit& unit) {
+    return fmt::format("{:.6g} {} before, {:.6g} {} after", unit.convert(before), unit.name, unit.convert(after),
+                       unit.name);
+  };
+  const std::string total_mass = describe_total(report.mass_before, report.mass_after, mass),
+                    total_inertia = describe_total(report.inertia_before, report.inertia_after, inertia);
+  if (!has_balancing_elements(report.study_after.mechanism) && report.added_mass == 0 && report.added_inertia == 0)
+    return fmt::format("moving mass     {}\nmoving inertia  {}\n", total_mass, total_inertia);
   const auto format_amount = [](double value, double scale, const DisplayUnit& unit) {
-    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value));
+    return (std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value))) + " " + unit.name;
   };
   return fmt::format(
-             "added mass     {0} {3} of counterweights and discs (everything that moves: {1:.6g} {3} before, {2:.6g} "
-             "{3} after)\n",
-             format_amount(report.added_mass, report.mass_after, mass), mass.convert(report.mass_before),
-             mass.convert(report.mass_after), mass.name) +
-         fmt::format("added inertia  {0} {3} of them (everything that moves: {1:.6g} {3} before, {2:.6g} {3} after)\n",
-                     format_amount(report.added_inertia, report.inertia_after, inertia),
-                     inertia.convert(report.inertia_before), inertia.convert(report.inertia_after), inertia.name);
+      "added mass     {} of counterweights and discs (everything that moves: {})\n"
+      "added inertia  {} of them (everything that moves: {})\n",
+      format_amount(report.added_mass, report.mass_after, mass), total_mass,
+      format_amount(report.added_inertia, report.inertia_after, inertia), total_inertia);
 }
 
 /// Notes on the motion, once if before and after have the same.
@@ -731,8 +782,53 @@ std::string comparison_text(const TrajectoryComparison& comparison, const TextOp
   return (table.rows.empty() ? text : text + format_table(table, options.width)) + rerun_notes(comparison);
 }
 
-std::string notes_text(const DesignReportData& view) {
+bool is_named(const DesignReportData& view, const std::string& trajectory) {
+  return view.trajectories.empty() ||
+         std::find(view.trajectories.begin(), view.trajectories.end(), trajectory) != view.trajectories.end();
+}
+
+/// "peak +23 %" or "rms x 7.3".
+std::string increase_text(const MetricChange& change) {
+  const double ratio = change.after / change.before;
+  if (change.before == 0) return change.figure + " from 0";
+  return ratio < 2 ? fmt::format("{} +{:.2g} %", change.figure, 100 * (ratio - 1))
+                   : fmt::format("{} x {:.3g}", change.figure, ratio);
+}
+
+/// Figures along a trajectory that are larger than before, as a sentence; empty if there are none. Of several torques
+/// only the worst counts, and the moment about the centre of mass is a part of another.
+std::string losses_text(const TrajectoryComparison& comparison) {
+  constexpr double min_relative_increase = 1e-3;
+  std::vector<std::pair<std::string, std::string>> losses;  // quantity, its figures
+  const bool has_one_actuator = comparison.before.actuator_names.size() == 1;
+  for (const MetricChange& change : list_metric_changes(comparison)) {
+    if (!(change.after > (1 + min_relative_increase) * change.before) || change.quantity == "shaking_moment_com")
+      continue;
+    const bool is_worst = change.quantity == "torque";
+    if (is_worst ? has_one_actuator : !has_one_actuator && !change.quantity.starts_with("shaking_")) continue;
+    const std::string quantity = is_worst ? "worst torque" : change.quantity;
+    if (losses.empty() || losses.back().first != quantity) losses.emplace_back(quantity, "");
+    losses.back().second += (losses.back().second.empty() ? "" : ", ") + increase_text(change);
+  }
+  if (losses.empty()) return "";
+  std::string text = fmt::format("worse than before along {}: ", comparison.trajectory);
+  for (std::size_t i = 0; i < losses.size(); ++i)
+    text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", losses[i].first, losses[i].second);
+  return text + "\n";
+}
+
+/// "parameters.b: no larger value is possible ('go' cannot be followed: …)"
+std::string edges_text(const DesignReport& report) {
   std::string text;
+  for (const FeasibilityEdge& edge : report.outcome.edges)
+    text += fmt::format("note: {} is at the end of what can be assembled and moved; with a slightly {} value: {}\n",
+                        report.free_numbers[static_cast<std::size_t>(edge.variable)].key_path,
+                        edge.is_upper ? "larger" : "smaller", edge.reason);
+  return text;
+}
+
+std::string notes_text(const DesignReportData& view) {
+  std::string text = edges_text(view.report);
   for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
                             &view.conditions.names.notes})
     for (const std::string& note : *notes)
@@ -743,17 +839,28 @@ std::string notes_text(const DesignReportData& view) {
 }  // namespace
 
 std::string design_text(const DesignReportData& view, const TextOptions& options) {
-  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view, options.units));
-  text += numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
-          load_cases_text(view.report, options);
-  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison, options);
-  return wrap_lines(text + notes_text(view), options.width);
+  std::string losses, comparisons;
+  std::vector<std::string> hidden;
+  for (const TrajectoryComparison& comparison : view.report.comparisons) {
+    if (!options.verbose && !is_named(view, comparison.trajectory)) {
+      hidden.push_back(comparison.trajectory);
+      continue;
+    }
+    losses += losses_text(comparison);
+    comparisons += comparison_text(comparison, options);
+  }
+  if (!hidden.empty()) comparisons += fmt::format("\nalong {}: see --verbose\n", joined(hidden));
+  const std::string text =
+      fmt::format("{}: {}\n{}{}\n", view.conditions.title, headline(view), reasons(view, options.units), losses) +
+      numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
+      load_cases_text(view.report, options, hidden) + comparisons + notes_text(view);
+  return wrap_lines(text, options.width);
 }
 
 namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
-  if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::RunMeasure::duration)
+  if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure)
     return objective_term_name(term);
   const std::string figure =
       fmt::format("{} of {} along {}", objective_term_name(term.figure), term.quantity, term.trajectory);
@@ -782,15 +889,6 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
     text += term_text(term);
   }
   return text;
-}
-
-std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
-  if (terms.size() != 1 || terms.front().weight != 1) return "";
-  const ObjectiveTerm& term = terms.front();
-  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
-  if (term.size != ObjectiveTerm::Size::none) return "kg";
-  if (term.run == ObjectiveTerm::RunMeasure::duration) return "s";
-  return find_metric_unit(mechanism, term.quantity);
 }
 
 int active_bound(const FreeNumber& number, double value) {

@@ -15,19 +15,18 @@ namespace balance {
 
 struct DesignReportData {
   DesignReport report;
-  std::string objective;                   ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: none
-  std::string objective_unit;              ///< "" for a sum
-  ConditionsReportData conditions;         ///< at the designed geometry; residuals of the designed mechanism
-  VectorX residuals_before;                ///< of the mechanism before; NaN if its geometry has other conditions
-  double seconds = 0;                      ///< time limit of the search [s]
-  std::optional<double> interrupted = {};  ///< time at which it was interrupted [s]
+  std::string objective;            ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: none
+  std::string objective_unit;       ///< "" for a sum
+  ConditionsReportData conditions;  ///< at the designed geometry; residuals of the designed mechanism
+  VectorX residuals_before;         ///< of the mechanism before; NaN if its geometry has other conditions
+  std::vector<std::string> trajectories = {};  ///< that the objective and the limits name; empty: none
+  double seconds = 0;                          ///< time limit of the search [s]
+  std::optional<double> interrupted = {};      ///< time at which it was interrupted [s]
   std::vector<std::string> warnings;
 };
 
 /// Text of the objective.
 std::string objective_text(const std::vector<ObjectiveTerm>& terms);
-/// Unit of the objective; empty for several terms.
-std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
 /// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
 int active_bound(const FreeNumber& number, double value);
@@ -70,7 +69,8 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
 // A design as text for people.
 
 /// What the design achieves and what limits it, the free numbers, the conditions, the cost of the design and its gain
-/// along every trajectory. Ends with a line feed.
+/// along the trajectories that the objective and the limits name; along all of them if none is named or the options are
+/// verbose. Ends with a line feed.
 std::string design_text(const DesignReportData& view, const TextOptions& options = {});
 
 }  // namespace balance

@@ -8,6 +8,7 @@
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
 #include <fmt/format.h>

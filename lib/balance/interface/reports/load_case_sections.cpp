@@ -191,26 +191,78 @@ std::string torque_text(const LoadCaseRun& run, const SpecUnits& units) {
   return "-";
 }
 
+/// "mp = 0 to 1", or the first and the last of several loads.
+std::string describe_load_range(const LoadCases& cases, const VectorX& first, const VectorX& last,
+                                const TextOptions& options) {
+  const std::string text = describe_load(cases, first, options);
+  if (first == last) return text;
+  if (first.size() != 1) return fmt::format("{} to {}", text, describe_load(cases, last, options));
+  const DisplayUnit unit = find_number_unit(cases.numbers.front().path, options);
+  return fmt::format("{} = {:.6g} to {:.6g}{}", cases.numbers.front().name, unit.convert(first[0]),
+                     unit.convert(last[0]), append_unit(unit));
+}
+
+/// Rows of a table of loads: the load, then its figures.
+class LoadRows {
+ public:
+  LoadRows(const LoadCases& cases, const TextOptions& options) : cases_(cases), options_(options) {}
+
+  /// Joins the row with the one before if all figures are the same and the text is not verbose.
+  void add(const VectorX& loads, std::vector<std::string> figures) {
+    if (!options_.verbose && !rows_.empty() && figures == rows_.back().figures)
+      rows_.back().last = loads;
+    else
+      rows_.push_back({loads, loads, std::move(figures)});
+  }
+
+  std::vector<std::vector<std::string>> cells() const {
+    std::vector<std::vector<std::string>> all;
+    for (const Row& row : rows_) {
+      all.push_back({describe_load_range(cases_, row.first, row.last, options_)});
+      all.back().insert(all.back().end(), row.figures.begin(), row.figures.end());
+    }
+    return all;
+  }
+
+ private:
+  struct Row {
+    VectorX first, last;
+    std::vector<std::string> figures;
+  };
+  const LoadCases& cases_;
+  const TextOptions& options_;
+  std::vector<Row> rows_;
+};
+
 std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignReport& report,
-                        const TextOptions& options) {
+                        const TextOptions& options, const std::vector<std::string>& hidden_trajectories) {
   const Mechanism& mechanism = report.study_after.mechanism;
   const std::optional<DisplayUnit> effort = common_effort_unit(mechanism, options.units);
   const std::string unit = effort ? bracket_unit(*effort) : "";
   std::string actuators;
   for (const int actuator : mechanism.actuators)
     actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
-  TextTable table{
-      {"load", "conditions", "most at rest" + actuators + unit}, {Align::left, Align::right, Align::right}, {}};
-  for (const LoadCaseRun& run : cases.front().runs) {
-    table.heading.push_back(run.trajectory + ": torque peak, mean" + unit);
-    table.align.push_back(Align::right);
-  }
+  const bool has_conditions = report.outcome.status != DesignStatus::no_goal;
+  const auto is_shown = [&](const LoadCaseRun& run) {
+    return std::find(hidden_trajectories.begin(), hidden_trajectories.end(), run.trajectory) ==
+           hidden_trajectories.end();
+  };
+  TextTable table{{"load"}, {Align::left}, {}};
+  if (has_conditions) table.heading.push_back("conditions");
+  table.heading.push_back("peak at rest" + actuators + unit);
+  for (const LoadCaseRun& run : cases.front().runs)
+    if (is_shown(run)) table.heading.push_back(run.trajectory + ": torque peak, mean" + unit);
+  table.align.resize(table.heading.size(), Align::right);
+  LoadRows rows(cases_of(report), options);
   for (const LoadCaseReport& one : cases) {
-    std::vector<std::string> row{describe_load(cases_of(report), one.loads, options), residual_word(one.residual),
-                                 static_efforts_text(one, mechanism, options.units)};
-    for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run, options.units));
-    table.rows.push_back(std::move(row));
+    std::vector<std::string> figures;
+    if (has_conditions) figures.push_back(residual_word(one.residual));
+    figures.push_back(static_efforts_text(one, mechanism, options.units));
+    for (const LoadCaseRun& run : one.runs)
+      if (is_shown(run)) figures.push_back(torque_text(run, options.units));
+    rows.add(one.loads, std::move(figures));
   }
+  table.rows = rows.cells();
   return format_table(table, options.width);
 }
 
@@ -270,27 +322,31 @@ std::string law_lines(const DesignReport& report, const TextOptions& options) {
 std::string table_text(const DesignReport& report, const TextOptions& options) {
   const AdaptedTable& adapted_table = report.adaptive->table;
   if (adapted_table.loads.empty()) return "";
-  TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
-  for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
+  const bool has_conditions = report.outcome.status != DesignStatus::no_goal;
+  TextTable table{{"load"}, {Align::left}, {}};
+  if (has_conditions) table.heading.push_back("conditions");
+  for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
     table.heading.push_back(path_of(report, i) + bracket_unit(adapted_unit(report, i, options)));
-    table.align.push_back(Align::right);
-  }
+  table.align.resize(table.heading.size(), Align::right);
+  LoadRows rows(cases_of(report), options);
   for (std::size_t row = 0; row < adapted_table.loads.size(); ++row) {
-    std::vector<std::string> cells{describe_load(cases_of(report), adapted_table.loads[row], options),
-                                   residual_word(adapted_table.residuals[row])};
+    std::vector<std::string> figures;
+    if (has_conditions) figures.push_back(residual_word(adapted_table.residuals[row]));
     for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
-      cells.push_back(figure_text(
+      figures.push_back(figure_text(
           adapted_unit(report, i, options).convert(adapted_table.values[row][static_cast<Eigen::Index>(i)])));
-    table.rows.push_back(std::move(cells));
+    rows.add(adapted_table.loads[row], std::move(figures));
   }
+  table.rows = rows.cells();
   std::string text = format_table(table, options.width);
-  if (adapted_table.loads.front().size() == 1)
+  if (has_conditions && adapted_table.loads.front().size() == 1)
     text +=
         fmt::format("between them by a cubic spline: conditions {}\n", residual_word(adapted_table.midpoint_residual));
   return text;
 }
 
-std::string costs_text(const DesignReport& report, const TextOptions& options) {
+std::string costs_text(const DesignReport& report, const TextOptions& options,
+                       const std::vector<std::string>& hidden_trajectories) {
   const DisplayUnit energy = find_display_unit("J", options.units);
   std::string text;
   if (report.adaptive->adjustment_work)
@@ -302,7 +358,7 @@ std::string costs_text(const DesignReport& report, const TextOptions& options) {
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
   text += fmt::format("\nnot adapted: as for {}\n", describe_load(cases_of(report), nominal_loads, options));
-  return text + cases_table(report.adaptive->fixed_design_cases, report, options);
+  return text + cases_table(report.adaptive->fixed_design_cases, report, options, hidden_trajectories);
 }
 
 }  // namespace
@@ -341,11 +397,16 @@ std::vector<std::string> make_law_expressions(const DesignReport& report) {
   return texts;
 }
 
-std::string load_cases_text(const DesignReport& report, const TextOptions& options) {
+std::string load_cases_text(const DesignReport& report, const TextOptions& options,
+                            const std::vector<std::string>& hidden_trajectories) {
   if (report.load_cases.empty()) return "";
-  std::string text = fmt::format("\nload cases\n{}", cases_table(report.load_cases, report, options));
+  std::string text =
+      fmt::format("\nload cases\n{}", cases_table(report.load_cases, report, options, hidden_trajectories));
+  if (report.adaptive && report.adaptive->min_values == report.adaptive->max_values && !options.verbose)
+    return text + "adapted to the load: nothing; the values are the same for every load\n";
   if (report.adaptive)
-    text += "\n" + law_lines(report, options) + table_text(report, options) + costs_text(report, options);
+    text += "\n" + law_lines(report, options) + table_text(report, options) +
+            costs_text(report, options, hidden_trajectories);
   return text;
 }
 

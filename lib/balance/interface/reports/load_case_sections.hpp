@@ -13,8 +13,10 @@ namespace balance {
 void add_load_cases(Json& json, const DesignReport& report);
 
 /// Table of the cases, the law with its range, the work of adjustment, and the cases without adaptation; empty without
-/// load cases. Parameters are as written.
-std::string load_cases_text(const DesignReport& report, const TextOptions& options = {});
+/// load cases. Parameters are as written. Unless verbose, successive rows with equal figures are one.
+/// @param hidden_trajectories that have no column
+std::string load_cases_text(const DesignReport& report, const TextOptions& options = {},
+                            const std::vector<std::string>& hidden_trajectories = {});
 
 /// "-0.075 - 0.1 cargo.mass": law of one adapted number.
 /// @param digits number of significant digits @param times separator of factors

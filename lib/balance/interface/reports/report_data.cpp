@@ -4,6 +4,7 @@
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/design/condition_dependence.hpp"
@@ -115,6 +116,10 @@ DesignReportData make_design_data(const DesignStudyOptions& options, const Desig
   view.residuals_before = report.outcome.residuals_before.size() == rows
                               ? report.outcome.residuals_before
                               : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
+  for (const ObjectiveTerm& term : terms) view.trajectories.push_back(term.trajectory);
+  for (const FigureLimit& limit : space.start.design.subject_to)
+    for (const ObjectiveTerm& term : limit.terms) view.trajectories.push_back(term.trajectory);
+  std::erase(view.trajectories, "");
   view.seconds = options.search.max_time;
   view.warnings = space.start.warnings;
   view.report = std::move(report);

@@ -536,6 +536,8 @@ const FigureDeviation* find_deviation(const ToleranceReport& report, const std::
       case Statistic::rms: return &one.rms;
       case Statistic::mean: return &one.mean;
       case Statistic::range: return &one.range;
+      case Statistic::minimum:
+      case Statistic::maximum: break;  // have no deviations in a report
     }
   }
   return nullptr;

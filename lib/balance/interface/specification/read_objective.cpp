@@ -7,58 +7,132 @@
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 namespace balance::specification {
 
 // Landmarks that a spec names.
 
-/// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
-Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft);
-
 namespace {
 
-/// Index of the element with that name; −1 if there is none.
-template <class Elements>
-int index_of(const Elements& elements, const std::string& name) {
-  const auto match = std::find_if(elements.begin(), elements.end(), [&](const auto& e) { return e.name == name; });
-  return match == elements.end() ? -1 : static_cast<int>(match - elements.begin());
+/// Fails at a name that no landmark has.
+[[noreturn]] void fail_unknown_landmark(const SpecCursor& at, const std::string& text, const Mechanism& mechanism) {
+  const SpecErrorCollector& problems = at.problems();
+  const auto fail = [&](const std::string& expected, const std::string& name, const std::vector<std::string>& names) {
+    at.fail({.expected = expected, .found = quote_for_message(name), .hint = format_nearest_name(name, names)});
+  };
+  const std::size_t dot = text.find('.');
+  if (dot == std::string::npos) {
+    for (const char* section : {"counterweights", "payloads", "discs"})
+      if (problems.is_uncertain(fmt::format("{}.{}", section, text))) throw CascadingError();
+    std::vector<std::string> names;
+    for (const Attachment& attachment : mechanism.attachments) names.push_back(attachment.name);
+    for (const Disc& disc : mechanism.discs) names.push_back(disc.name);
+    if (find_by_name(mechanism.bodies, text) != nullptr)
+      at.fail({.expected = "a point, body.point",
+               .found = quote_for_message(text),
+               .hint = "the body's own frame is " + quote_for_message(text + ".origin")});
+    fail("body.point, or the name of a counterweight, payload or disc", text, names);
+  }
+  const std::string body_name = text.substr(0, dot), point_name = text.substr(dot + 1);
+  const Body* body = find_by_name(mechanism.bodies, body_name);
+  std::vector<std::string> names;
+  if (body == nullptr) {
+    if (problems.is_uncertain("bodies." + body_name)) throw CascadingError();
+    for (const Body& one : mechanism.bodies) names.push_back(one.name);
+    fail(fmt::format("a body ({})", join_alternatives(names)), body_name, names);
+  }
+  const std::string points = body->name == "ground" ? "ground.points" : "bodies." + body->name + ".points";
+  if (problems.is_uncertain(points + "." + point_name) || (body->points.empty() && problems.is_section_invalid(points)))
+    throw CascadingError();
+  for (const auto& point : body->points) names.push_back(point.name);
+  names.emplace_back("origin");
+  fail(fmt::format("a point of {} ({})", body->name, join_alternatives(names)), point_name, names);
+  throw CascadingError();
+}
+
+/// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
+Landmark read_landmark(const SpecCursor& at, const Study& study) {
+  const std::string& text = at.read_word("a point, body.point or a counterweight's name");
+  if (const std::optional<Landmark> landmark = find_landmark(study.mechanism, text)) return *landmark;
+  fail_unknown_landmark(at, text, study.mechanism);
+}
+
+/// Part of a scalar's text as a scalar of its own, so that messages give its place.
+class TextPart {
+ public:
+  TextPart(const SpecCursor& whole, std::size_t begin, std::size_t end) : whole_(whole), node_(whole.node()) {
+    const std::string& text = whole.node().text;
+    while (begin < end && is_blank(text[begin])) ++begin;
+    while (end > begin && is_blank(text[end - 1])) --end;
+    begin_ = begin;
+    node_.text = text.substr(begin, end - begin);
+    node_.place.column += static_cast<int>(begin) + (node_.is_quoted ? 1 : 0);
+    node_.is_quoted = false;  // the place is that of the text
+  }
+  SpecCursor cursor() const { return {node_, whole_.path(), whole_.problems()}; }
+  const std::string& text() const { return node_.text; }
+  /// Part of this part.
+  TextPart part(std::size_t begin, std::size_t end) const { return {whole_, begin_ + begin, begin_ + end}; }
+
+ private:
+  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n'; }
+
+  SpecCursor whole_;
+  YamlNode node_;
+  std::size_t begin_ = 0;
+};
+
+/// Splits at a character outside all parentheses and brackets.
+std::vector<TextPart> split_outside_brackets(const TextPart& part, char sign) {
+  std::vector<TextPart> parts;
+  std::size_t begin = 0;
+  int depth = 0;
+  const std::string& text = part.text();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(' || text[i] == '[') ++depth;
+    if (text[i] == ')' || text[i] == ']') --depth;
+    if (text[i] != sign || depth != 0) continue;
+    parts.push_back(part.part(begin, i));
+    begin = i + 1;
+  }
+  parts.push_back(part.part(begin, text.size()));
+  return parts;
+}
+
+/// `leg2.A to leg2.B`
+std::vector<TextPart> ends_of_line(const TextPart& part) {
+  const std::size_t to = part.text().find(" to ");
+  if (to == std::string::npos) return {part};
+  return {part.part(0, to), part.part(to + 4, part.text().size())};
+}
+
+/// Fails at the point of a distance or of a moment that does not exist.
+void check_points(const TextPart& name, const Study& study) {
+  const std::string& text = name.text();
+  if (text.starts_with("distance[") && text.ends_with("]")) {
+    const std::vector<TextPart> points = split_outside_brackets(name.part(text.find('[') + 1, text.size() - 1), ',');
+    if (points.size() != 2)
+      name.cursor().fail(
+          {.expected = "distance[point, point] or distance[point, point to point]", .found = quote_for_message(text)});
+    read_landmark(points[0].cursor(), study);
+    for (const TextPart& end : ends_of_line(points[1])) read_landmark(end.cursor(), study);
+  }
+  if (const std::size_t about = text.find(" about "); about != std::string::npos) {
+    const TextPart point = name.part(about + 7, text.size());
+    const Landmark landmark = read_landmark(point.cursor(), study);
+    if (locate_landmark(study.mechanism, landmark).body != ground)
+      point.cursor().fail({.expected = "a point of the ground", .found = quote_for_message(point.text())});
+  }
 }
 
 }  // namespace
-
-Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft) {
-  const std::string& text = at.read_word("a point, body.point or a counterweight's name");
-  const Mechanism& mechanism = draft.study.mechanism;
-  using Kind = Landmark::Kind;
-  if (text.find('.') == std::string::npos) {
-    if (const int index = index_of(mechanism.attachments, text); index >= 0) return {Kind::attachment, 0, index};
-    if (const int index = index_of(mechanism.discs, text); index >= 0) return {Kind::disc, 0, index};
-    const SpecErrorCollector& problems = at.problems();
-    for (const char* section : {"counterweights", "payloads", "discs"})
-      if (problems.is_uncertain(fmt::format("{}.{}", section, text))) throw CascadingError();
-    if (index_of(mechanism.bodies, text) < 0) {
-      std::vector<std::string> names;
-      for (const Attachment& attachment : mechanism.attachments) names.push_back(attachment.name);
-      for (const Disc& disc : mechanism.discs) names.push_back(disc.name);
-      at.fail({.expected = "body.point, or the name of a counterweight, payload or disc",
-               .found = quote_for_message(text),
-               .hint = format_nearest_name(text, names)});
-    }
-  }
-  const std::size_t dot = text.find('.');
-  const std::string name = dot == std::string::npos ? "" : text.substr(dot + 1);
-  const BodyId body = index_of(mechanism.bodies, text.substr(0, dot));
-  const int point = body < 0 ? -1 : index_of(mechanism.bodies[static_cast<std::size_t>(body)].points, name);
-  if (point >= 0) return {Kind::point, body, point};
-  if (body > 0 && name == "com") return {Kind::com, body, 0};
-  return {Kind::origin, read_reference(at, draft).body, 0};
-}
 
 namespace {
 
@@ -76,8 +150,9 @@ struct NamedFigure {
   Statistic figure;
 };
 
-constexpr NamedFigure figure_names[]{
-    {"peak", Statistic::peak}, {"rms", Statistic::rms}, {"mean", Statistic::mean}, {"range", Statistic::range}};
+constexpr NamedFigure figure_names[]{{"peak", Statistic::peak},       {"rms", Statistic::rms},
+                                     {"mean", Statistic::mean},       {"range", Statistic::range},
+                                     {"minimum", Statistic::minimum}, {"maximum", Statistic::maximum}};
 
 ObjectiveTerm::Size read_size(const SpecCursor& at) {
   std::vector<std::string> names;
@@ -100,11 +175,22 @@ bool can_lack_trajectories(const SpecCursor& at) {
 std::string read_quantity(const SpecCursor& at, const Study& study) {
   const auto names = list_metric_names(study.mechanism);
   const SpecErrorCollector& problems = at.problems();
-  const std::string quantity = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
-  const bool is_known = std::find(names.begin(), names.end(), quantity) != names.end();
-  if (is_known) return quantity;
+  const std::string text = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
+  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
   if (problems.is_uncertain("actuators") || problems.is_uncertain("joints")) throw CascadingError();
-  return names[at.read_choice("a quantity", names)];
+  if (!at.is_scalar()) return names[at.read_choice("a quantity", names)];
+  std::string mistake;
+  if (const auto described = describe_quantity(study.mechanism, text, mistake)) return described->name;
+  check_points(TextPart(at, 0, at.node().text.size()), study);
+  const bool is_unknown = mistake.starts_with("no run has");
+  const auto is_mixed = [&](const std::string& name) { return name.starts_with(text + "["); };
+  if (!is_unknown && std::none_of(names.begin(), names.end(), is_mixed))
+    at.fail({.expected = "a quantity of a run", .found = quote_for_message(at.node().text), .hint = mistake});
+  std::vector<std::string> all = list_quantities(study.mechanism);
+  all.insert(all.begin(), names.begin(), names.end());
+  at.fail({.expected = fmt::format("a quantity ({})", join_alternatives(names)),
+           .found = at.describe_found(),
+           .hint = format_nearest_name(text, all)});
 }
 
 std::string read_trajectory_name(const SpecCursor& at, const Study& study) {
@@ -147,7 +233,11 @@ double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters,
   return count;
 }
 
-void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
+void require_deviations(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
+  if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure ||
+      term.deviation_multiple || term.figure == Statistic::minimum || !has_gradients(study.mechanism, term.quantity))
+    at.fail({.expected = "peak, rms, mean, range or maximum of a quantity of simulate or of one of its components",
+             .found = at.describe_found()});
   const Trajectory* trajectory = find_by_name(study.trajectories, term.trajectory);
   if (trajectory != nullptr && is_mechanism_dependent(*trajectory))
     at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
@@ -186,9 +276,9 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
                     {"of", Presence::required, read_figure},
                     {"weight", Presence::optional, [&](const SpecCursor& c) { weight = read_weight(c, parameters); }}}))
     throw CascadingError();
+  require_deviations(at, term, study);
   term.deviation_multiple = multiple;
   term.weight = weight;
-  require_prescribed_motion(at, term, study);
   return term;
 }
 
@@ -198,7 +288,9 @@ ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameter
   ObjectiveTerm term;
   std::optional<SpecCursor> figure_entry, along_entry, over_entry;
   const auto require_single = [&](const SpecCursor& c) {
-    if (figure_entry) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
+    if (figure_entry)
+      c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean', 'range', 'minimum' and 'maximum'",
+              .found = "a second one"});
     figure_entry = c;
   };
   std::vector<Field> fields{
@@ -207,6 +299,8 @@ ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameter
          require_single(c);
          if (c.is_scalar() && c.node().text == "duration")
            term.run = ObjectiveTerm::RunMeasure::duration;
+         else if (c.is_scalar() && c.node().text == "energy")
+           term.run = ObjectiveTerm::RunMeasure::energy;
          else
            term.size = read_size(c);
        }},
@@ -221,7 +315,7 @@ ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameter
                         term.quantity = read_quantity(c, study);
                       }});
   if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
-  if (!figure_entry) at.fail_missing({"of", "peak", "rms", "mean", "range"});
+  if (!figure_entry) at.fail_missing({"of", "peak", "rms", "mean", "range", "minimum", "maximum"});
   const bool is_size = term.size != ObjectiveTerm::Size::none;
   if (over_entry && along_entry)
     over_entry->fail({.expected = "'along' a trajectory or 'over: workspace'", .found = "both"});
@@ -234,171 +328,60 @@ ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameter
   return term;
 }
 
-ObjectiveTerm read_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
-  if (at.is_map()) return read_weighted_term(at, parameters, study);
-  ObjectiveTerm term;
-  term.size = read_size(at);
-  return term;
-}
-
-}  // namespace
-
-std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
-  if (!at.is_list()) return {read_term(at, parameters, study)};
-  std::vector<ObjectiveTerm> terms;
-  for (const SpecCursor& item : at.items("a list of terms"))
-    at.problems().collect([&] { terms.push_back(read_term(item, parameters, study)); });
-  if (at.node().items.empty()) at.fail_expected("at least one term");
-  return terms;
-}
-
-}  // namespace balance::specification
-
-namespace balance {
-
-std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
-  using namespace specification;
-  SpecErrorCollector problems = SpecErrorCollector::of_option("--minimize");
-  std::vector<ObjectiveTerm> terms;
-  problems.collect([&] {
-    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-      throw ReadError({}, "", {.expected = "what to minimize", .found = "an empty text"});
-    const YamlNode root = parse_yaml(text, problems);
-    SpecParameters none;
-    terms = read_objective_terms(SpecCursor(root, "", problems), none, study);
-  });
-  problems.throw_if_any();
-  return terms;
-}
-
-}  // namespace balance
-
-namespace balance::specification {
-
-namespace {
-
 constexpr const char* limit_example = "a limit such as peak(torque) <= 12 or mobility(cycloid) >= 0.1";
 
 constexpr const char* robust_function_name = "mean_plus";
-
-/// Part of a scalar's text as a scalar of its own, so that messages give its place.
-class TextPart {
- public:
-  TextPart(const SpecCursor& whole, std::size_t begin, std::size_t end) : whole_(whole), node_(whole.node()) {
-    const std::string& text = whole.node().text;
-    while (begin < end && is_blank(text[begin])) ++begin;
-    while (end > begin && is_blank(text[end - 1])) --end;
-    begin_ = begin;
-    node_.text = text.substr(begin, end - begin);
-    node_.place.column += begin + (node_.is_quoted ? 1 : 0);
-  }
-  SpecCursor cursor() const { return {node_, whole_.path(), whole_.problems()}; }
-  const std::string& text() const { return node_.text; }
-  /// Part of this part.
-  TextPart part(std::size_t begin, std::size_t end) const { return {whole_, begin_ + begin, begin_ + end}; }
-
- private:
-  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n'; }
-
-  SpecCursor whole_;
-  YamlNode node_;
-  std::size_t begin_ = 0;
-};
-
-/// Splits at a character outside all parentheses and brackets.
-std::vector<TextPart> split_outside_brackets(const TextPart& part, char sign) {
-  std::vector<TextPart> parts;
-  std::size_t begin = 0;
-  int depth = 0;
-  const std::string& text = part.text();
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '(' || text[i] == '[') ++depth;
-    if (text[i] == ')' || text[i] == ']') --depth;
-    if (text[i] != sign || depth != 0) continue;
-    parts.push_back(part.part(begin, i));
-    begin = i + 1;
-  }
-  parts.push_back(part.part(begin, text.size()));
-  return parts;
-}
+/// The largest distance; the least one is the clearance.
+constexpr const char* distance_name = "distance";
 
 struct NamedFigureTerm {
   const char* name;
   ObjectiveTerm term;
 };
 
-const std::array<NamedFigureTerm, 11>& terms_by_name() {
+const std::vector<NamedFigureTerm>& terms_by_name() {
   using Size = ObjectiveTerm::Size;
   using Run = ObjectiveTerm::RunMeasure;
-  static const std::array<NamedFigureTerm, 11> names{{{"peak", {.figure = Statistic::peak}},
-                                                      {"rms", {.figure = Statistic::rms}},
-                                                      {"mean", {.figure = Statistic::mean}},
-                                                      {"range", {.figure = Statistic::range}},
-                                                      {"duration", {.run = Run::duration}},
-                                                      {"energy", {.run = Run::energy}},
-                                                      {"mobility", {.run = Run::mobility}},
-                                                      {"clearance", {.run = Run::clearance}},
-                                                      {"added_mass", {.size = Size::added_mass}},
-                                                      {"added_inertia", {.size = Size::added_inertia}},
-                                                      {"total_mass", {.size = Size::total_mass}}}};
+  static const std::vector<NamedFigureTerm> names{{"peak", {.figure = Statistic::peak}},
+                                                  {"rms", {.figure = Statistic::rms}},
+                                                  {"mean", {.figure = Statistic::mean}},
+                                                  {"range", {.figure = Statistic::range}},
+                                                  {"minimum", {.figure = Statistic::minimum}},
+                                                  {"maximum", {.figure = Statistic::maximum}},
+                                                  {"duration", {.run = Run::duration}},
+                                                  {"energy", {.run = Run::energy}},
+                                                  {"mobility", {.run = Run::mobility}},
+                                                  {"clearance", {.run = Run::clearance}},
+                                                  {distance_name, {.figure = Statistic::maximum}},
+                                                  {"added_mass", {.size = Size::added_mass}},
+                                                  {"added_inertia", {.size = Size::added_inertia}},
+                                                  {"total_mass", {.size = Size::total_mass}}};
   return names;
 }
 
-std::string unit_of(const ObjectiveTerm& term, const Mechanism& mechanism) {
-  switch (term.size) {
-    case ObjectiveTerm::Size::added_inertia: return "kg m^2";
-    case ObjectiveTerm::Size::added_mass:
-    case ObjectiveTerm::Size::total_mass: return "kg";
-    case ObjectiveTerm::Size::none: break;
-  }
-  switch (term.run) {
-    case ObjectiveTerm::RunMeasure::duration: return "s";
-    case ObjectiveTerm::RunMeasure::energy: return "J";
-    case ObjectiveTerm::RunMeasure::mobility: return "1";
-    case ObjectiveTerm::RunMeasure::clearance: return "m";
-    case ObjectiveTerm::RunMeasure::figure: break;
-  }
-  return find_metric_unit(mechanism, term.quantity);
+/// Mobility and clearance: how far the motion stays from a singularity or a collision.
+bool is_distance_from_trouble(const ObjectiveTerm& term) {
+  using Run = ObjectiveTerm::RunMeasure;
+  return term.size == ObjectiveTerm::Size::none && (term.run == Run::mobility || term.run == Run::clearance);
 }
 
-class LimitReader {
+/// Figures as text, such as `0.5 * peak(torque[A1], cycloid) + added_mass`.
+class FigureReader {
  public:
-  explicit LimitReader(StudyBuilder& draft) : draft_(draft) {}
+  FigureReader(SpecParameters& parameters, const Study& study) : parameters_(parameters), study_(study) {}
 
-  FigureLimit read(const SpecCursor& at) {
-    const TextPart whole(at, 0, at.read_word(limit_example).size());
-    const std::size_t relation = find_relation(whole);
-    FigureLimit limit;
-    limit.text = whole.text();
-    limit.is_lower = whole.text()[relation] == '>';
-    const TextPart left = whole.part(0, relation), right = whole.part(relation + 2, whole.text().size());
-    for (const TextPart& part : split_outside_brackets(left, '+')) limit.terms.push_back(read_weighted(part));
-    require_alone(limit, left.cursor());
-    limit.unit = common_unit_of(limit.terms);
-    const double bound = draft_.parameters.evaluate(right.cursor()).value();
-    limit.bound = bound * draft_.units.factor(dimension_of_unit(limit.unit));
-    if (limit.unit == "1") limit.unit.clear();
-    return limit;
+  std::vector<ObjectiveTerm> read_sum(const TextPart& whole) {
+    std::vector<ObjectiveTerm> terms;
+    for (const TextPart& part : split_outside_brackets(whole, '+')) terms.push_back(read_weighted(part));
+    return terms;
   }
 
  private:
-  static std::size_t find_relation(const TextPart& whole) {
-    const std::string& text = whole.text();
-    const std::size_t first = text.find_first_of("<>=");
-    const bool is_single = first != std::string::npos && text[first] != '=' && first + 1 < text.size() &&
-                           text[first + 1] == '=' && text.find_first_of("<>=", first + 2) == std::string::npos;
-    if (!is_single)
-      whole.cursor().fail(
-          {.expected = std::string(limit_example) + ", with one <= or >=", .found = quote_for_message(text)});
-    return first;
-  }
-
   /// `0.5 * peak(torque)`
   ObjectiveTerm read_weighted(const TextPart& part) {
     const std::vector<TextPart> factors = split_outside_brackets(part, '*');
     ObjectiveTerm term = read_term(factors.back());
-    for (std::size_t k = 0; k + 1 < factors.size(); ++k)
-      term.weight *= read_weight(factors[k].cursor(), draft_.parameters);
+    for (std::size_t k = 0; k + 1 < factors.size(); ++k) term.weight *= read_weight(factors[k].cursor(), parameters_);
     return term;
   }
 
@@ -406,13 +389,9 @@ class LimitReader {
   ObjectiveTerm read_robust(const std::vector<TextPart>& arguments, const TextPart& part) {
     if (arguments.size() != 2)
       part.cursor().fail({.expected = "mean_plus(deviations, figure)", .found = quote_for_message(part.text())});
-    const double count = read_deviation_multiple(arguments[0].cursor(), draft_.parameters, draft_.study);
+    const double count = read_deviation_multiple(arguments[0].cursor(), parameters_, study_);
     ObjectiveTerm term = read_term(arguments[1]);
-    if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure ||
-        term.deviation_multiple)
-      arguments[1].cursor().fail(
-          {.expected = "peak, rms, mean or range of a quantity", .found = quote_for_message(arguments[1].text())});
-    require_prescribed_motion(arguments[1].cursor(), term, draft_.study);
+    require_deviations(arguments[1].cursor(), term, study_);
     term.deviation_multiple = count;
     return term;
   }
@@ -448,7 +427,8 @@ class LimitReader {
   void read_arguments(const std::vector<TextPart>& arguments, const std::string& name, const SpecCursor& at,
                       ObjectiveTerm& term) {
     using Run = ObjectiveTerm::RunMeasure;
-    const std::size_t required_count = term.run == Run::clearance ? 2 : term.run == Run::figure ? 1 : 0;
+    const bool is_distance = name == distance_name;
+    const std::size_t required_count = term.run == Run::clearance || is_distance ? 2 : term.run == Run::figure ? 1 : 0;
     const bool is_empty = required_count == 0 && arguments.size() == 1 && arguments[0].text().empty();
     const std::size_t count = is_empty ? 0 : arguments.size();
     if (count < required_count || count > required_count + 1) {
@@ -457,39 +437,125 @@ class LimitReader {
                                                : "(trajectory)";
       at.fail({.expected = name + form, .found = quote_for_message(at.node().text)});
     }
-    if (required_count == 1) term.quantity = read_quantity(arguments[0].cursor(), draft_.study);
-    if (required_count == 2) {
-      term.clearance.point = read_landmark(arguments[0].cursor(), draft_);
-      for (const TextPart& end : ends_of_line(arguments[1]))
-        term.clearance.target.push_back(read_landmark(end.cursor(), draft_));
+    if (required_count == 1) term.quantity = read_quantity(arguments[0].cursor(), study_);
+    if (is_distance) {
+      read_landmark(arguments[0].cursor(), study_);
+      for (const TextPart& end : ends_of_line(arguments[1])) read_landmark(end.cursor(), study_);
+      term.quantity = fmt::format("distance[{}, {}]", arguments[0].text(), arguments[1].text());
     }
-    term.trajectory = count > required_count ? read_trajectory_name(arguments[required_count].cursor(), draft_.study)
-                                             : default_trajectory_name(at, draft_.study);
+    if (term.run == Run::clearance) {
+      term.clearance.point = read_landmark(arguments[0].cursor(), study_);
+      for (const TextPart& end : ends_of_line(arguments[1]))
+        term.clearance.target.push_back(read_landmark(end.cursor(), study_));
+    }
+    term.trajectory = count > required_count ? read_trajectory_name(arguments[required_count].cursor(), study_)
+                                             : default_trajectory_name(at, study_);
   }
 
-  /// `leg2.A to leg2.B`
-  static std::vector<TextPart> ends_of_line(const TextPart& part) {
-    const std::size_t to = part.text().find(" to ");
-    if (to == std::string::npos) return {part};
-    return {part.part(0, to), part.part(to + 4, part.text().size())};
+  SpecParameters& parameters_;
+  const Study& study_;
+};
+
+/// A term, or the text of several: `rms(shaking_force[x], turn) + 0.1 * added_mass`.
+std::vector<ObjectiveTerm> read_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (at.is_map()) return {read_weighted_term(at, parameters, study)};
+  const bool is_text = at.is_scalar() && at.node().text.find_first_of("(+*") != std::string::npos;
+  if (is_text) {
+    FigureReader reader(parameters, study);
+    std::vector<ObjectiveTerm> terms = reader.read_sum(TextPart(at, 0, at.node().text.size()));
+    for (const ObjectiveTerm& term : terms)
+      if (is_distance_from_trouble(term))
+        at.fail({.expected = "a figure to minimize",
+                 .found = fmt::format("{}, which is for lower limits", at.describe_found())});
+    return terms;
+  }
+  ObjectiveTerm term;
+  term.size = read_size(at);
+  return {term};
+}
+
+}  // namespace
+
+std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (!at.is_list()) return read_terms(at, parameters, study);
+  std::vector<ObjectiveTerm> terms;
+  for (const SpecCursor& item : at.items("a list of terms"))
+    at.problems().collect([&] {
+      for (ObjectiveTerm& term : read_terms(item, parameters, study)) terms.push_back(std::move(term));
+    });
+  if (at.node().items.empty()) at.fail_expected("at least one term");
+  return terms;
+}
+
+}  // namespace balance::specification
+
+namespace balance {
+
+std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
+  using namespace specification;
+  SpecErrorCollector problems = SpecErrorCollector::of_option("--minimize");
+  std::vector<ObjectiveTerm> terms;
+  problems.collect([&] {
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+      throw ReadError({}, "", {.expected = "what to minimize", .found = "an empty text"});
+    const YamlNode root = parse_yaml(text, problems);
+    SpecParameters none;
+    terms = read_objective_terms(SpecCursor(root, "", problems), none, study);
+  });
+  problems.throw_if_any();
+  return terms;
+}
+
+}  // namespace balance
+
+namespace balance::specification {
+
+namespace {
+
+class LimitReader {
+ public:
+  explicit LimitReader(StudyBuilder& draft) : draft_(draft) {}
+
+  FigureLimit read(const SpecCursor& at) {
+    const TextPart whole(at, 0, at.read_word(limit_example).size());
+    const std::size_t relation = find_relation(whole);
+    FigureLimit limit;
+    limit.text = whole.text();
+    limit.is_lower = whole.text()[relation] == '>';
+    const TextPart left = whole.part(0, relation), right = whole.part(relation + 2, whole.text().size());
+    limit.terms = FigureReader(draft_.parameters, draft_.study).read_sum(left);
+    require_alone(limit, left.cursor());
+    limit.unit = common_unit_of(limit.terms);
+    const double bound = draft_.parameters.evaluate(right.cursor()).value();
+    limit.bound = bound * draft_.units.factor(dimension_of_unit(limit.unit));
+    if (limit.unit == "1") limit.unit.clear();
+    return limit;
+  }
+
+ private:
+  static std::size_t find_relation(const TextPart& whole) {
+    const std::string& text = whole.text();
+    const std::size_t first = text.find_first_of("<>=");
+    const bool is_single = first != std::string::npos && text[first] != '=' && first + 1 < text.size() &&
+                           text[first + 1] == '=' && text.find_first_of("<>=", first + 2) == std::string::npos;
+    if (!is_single)
+      whole.cursor().fail(
+          {.expected = std::string(limit_example) + ", with one <= or >=", .found = quote_for_message(text)});
+    return first;
   }
 
   static void require_alone(const FigureLimit& limit, const SpecCursor& at) {
-    using Run = ObjectiveTerm::RunMeasure;
-    for (const ObjectiveTerm& term : limit.terms) {
-      const bool is_minimum =
-          term.size == ObjectiveTerm::Size::none && (term.run == Run::mobility || term.run == Run::clearance);
-      if (is_minimum && (limit.terms.size() > 1 || term.weight != 1))
+    for (const ObjectiveTerm& term : limit.terms)
+      if (is_distance_from_trouble(term) && (limit.terms.size() > 1 || term.weight != 1))
         at.fail({.expected = "mobility and clearance on their own, not in a sum",
                  .found = quote_for_message(at.node().text)});
-    }
   }
 
   /// Empty if the terms have several.
   std::string common_unit_of(const std::vector<ObjectiveTerm>& terms) const {
-    const std::string unit = unit_of(terms.front(), draft_.study.mechanism);
+    const std::string unit = unit_of_term(draft_.study.mechanism, terms.front());
     const bool is_common = std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
-      return unit_of(term, draft_.study.mechanism) == unit;
+      return unit_of_term(draft_.study.mechanism, term) == unit;
     });
     return is_common ? unit : "";
   }

@@ -14,8 +14,9 @@ std::string read_trajectory_name(const SpecCursor& at, const Study& study);
 double read_weight(const SpecCursor& at, SpecParameters& parameters);
 /// Number of standard deviations to add to a figure's mean. The spec must have tolerances.
 double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study);
-/// Fails if the term's trajectory depends on the mechanism: runs along it have no deviations.
-void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study);
+/// Fails if the figure has no deviations: of a quantity without derivatives, or along a trajectory that depends on the
+/// mechanism.
+void require_deviations(const SpecCursor& at, const ObjectiveTerm& term, const Study& study);
 /// The default trajectory of a figure: the spec's first. Fails at the figure if there is none, or if
 /// it depends on the mechanism.
 std::string default_trajectory_name(const SpecCursor& at, const Study& study);

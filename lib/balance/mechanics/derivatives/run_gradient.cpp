@@ -136,10 +136,12 @@ FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSer
 
 }  // namespace
 
-FigureGradients differentiate_figures(const RunGradient& gradient) {
+FigureGradients differentiate_figures(const RunGradient& gradient, const std::vector<MetricSeries>& further) {
   const std::vector<GradientRow> gradient_rows = order_rows_by_time(gradient);
   FigureGradients out;
   for (const MetricSeries& series : list_metric_series(gradient.run))
+    out.figures.push_back(differentiate_figure(gradient, series, gradient_rows));
+  for (const MetricSeries& series : further)
     out.figures.push_back(differentiate_figure(gradient, series, gradient_rows));
   Gradient d_energy = Gradient::Zero();
   for (int a = 0; a < static_cast<int>(gradient.run.power.cols()); ++a)
@@ -163,8 +165,18 @@ namespace {
 constexpr std::array force_quantities = {"torque",         "power",        "com_acceleration", "shaking_force",
                                          "shaking_moment", "ground_force", "ground_moment"};
 
+/// Quantities that need DerivativeDetail::all.
+constexpr std::array configuration_quantities = {"joint_position",  "joint_velocity", "joint_acceleration",
+                                                 "com_position",    "tool_position",  "tool_orientation",
+                                                 "potential_energy"};
+
 DerivativeDetail required_detail(const std::vector<std::string>& quantities) {
   if (quantities.empty()) return DerivativeDetail::all;
+  const auto is_of_configuration = [](const std::string& name) {
+    return std::find(configuration_quantities.begin(), configuration_quantities.end(), name) !=
+           configuration_quantities.end();
+  };
+  if (std::any_of(quantities.begin(), quantities.end(), is_of_configuration)) return DerivativeDetail::all;
   const auto is_force_quantity = [](const std::string& name) {
     return std::find(force_quantities.begin(), force_quantities.end(), name) != force_quantities.end();
   };

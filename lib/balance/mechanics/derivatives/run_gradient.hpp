@@ -27,7 +27,7 @@ struct RunGradient {
 };
 
 /// @param mechanism, trajectory over dual numbers, seeded with the requested variables
-/// @param quantities names of the arrays to compute, all of which have figures ("torque", "shaking_moment"). Empty: all
+/// @param quantities names of the arrays to compute ("torque", "shaking_moment", "joint_position"). Empty: all
 ///        arrays
 /// @throws std::invalid_argument for fewer than two samples, or if the mechanism has constraints on rates
 RunGradient differentiate_run(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
@@ -57,6 +57,7 @@ struct FigureGradients {
 
 /// Peaks and ranges are differentiated at the rows where they currently occur. A magnitude of zero has zero
 /// derivatives.
-FigureGradients differentiate_figures(const RunGradient& gradient);
+/// @param further series besides those of the run's metrics, which come first
+FigureGradients differentiate_figures(const RunGradient& gradient, const std::vector<MetricSeries>& further = {});
 
 }  // namespace balance

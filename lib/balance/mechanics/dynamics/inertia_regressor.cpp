@@ -93,6 +93,22 @@ InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& s
 }
 
 template <class S>
+std::vector<Wrench<S>> compute_unit_wrenches(const Tree<S>& tree, const TreeState<S>& state) {
+  std::vector<Wrench<S>> wrenches(static_cast<std::size_t>(S::inertial_parameter_count) * tree.mass_elements.size());
+  for (std::size_t e = 0; e < tree.mass_elements.size(); ++e) {
+    const FixedFrame<S>& frame = tree.mass_elements[e].frame;
+    if (frame.node == 0) continue;
+    const NodeState<S> s = compute_frame_motion(state[frame.node], frame);
+    for (int k = 0; k < S::inertial_parameter_count; ++k) {
+      Wrench<S> element_wrench;
+      add_inertia_wrench<S>(unit_inertia<S>(k), s, element_wrench);
+      propagate_to_parent(s, element_wrench, wrenches[e * S::inertial_parameter_count + static_cast<std::size_t>(k)]);
+    }
+  }
+  return wrenches;
+}
+
+template <class S>
 InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const TreeState<S>& state) {
   const Eigen::Index P = S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size());
   InertiaRegressor<S> out{MatrixX(0, P), MatrixX::Zero(S::dimension, P), MatrixX::Zero(S::angular_dimension, P)};
@@ -118,6 +134,7 @@ InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const T
 
 #define BALANCE_INSTANTIATE(S)                                                                          \
   template VectorX list_inertial_parameters<S>(const Tree<S>&);                                         \
+  template std::vector<Wrench<S>> compute_unit_wrenches<S>(const Tree<S>&, const TreeState<S>&);        \
   template InertiaRegressor<S> compute_momentum_rate_regressor<S>(const Tree<S>&, const TreeState<S>&); \
   template InertiaRegressor<S> compute_regressor<S>(const Tree<S>&, const TreeState<S>&);
 BALANCE_INSTANTIATE(Planar)

@@ -462,6 +462,23 @@ template std::string format_configuration<Spatial>(const Mechanism&, const Tree<
 
 namespace {
 
+bool may_wind_coordinate(const Mechanism& mechanism, CoordinateId coordinate) {
+  const auto is_leader = [coordinate](const CoordinateCombination& sum) {
+    return std::any_of(sum.terms.begin(), sum.terms.end(),
+                       [coordinate](const CoordinateTerm& term) { return term.coordinate == coordinate; });
+  };
+  return std::none_of(mechanism.couplings.begin(), mechanism.couplings.end(),
+                      [&](const Coupling& one) { return one.follower == coordinate || is_leader(one.leader); }) &&
+         std::none_of(mechanism.discs.begin(), mechanism.discs.end(),
+                      [&](const Disc& disc) { return is_leader(disc.follows); }) &&
+         std::none_of(mechanism.springs.begin(), mechanism.springs.end(),
+                      [&](const Spring& one) { return one.is_joint_spring() && one.coordinate == coordinate; }) &&
+         std::none_of(mechanism.assembly.begin(), mechanism.assembly.end(), [&](const CoordinateValue& given) {
+           return given.coordinate == coordinate &&
+                  !(given.value > -std::numbers::pi && given.value <= std::numbers::pi);
+         });
+}
+
 /// First guess of y from the assembly values of tree coordinates.
 template <class S>
 VectorX make_initial_guess(const Mechanism& mechanism, const Tree<S>& tree) {
@@ -500,6 +517,43 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
   return std::sqrt(sum / static_cast<double>(mechanism.assembly.size()));
 }
 
+namespace {
+
+/// Brings angles that were found outside (−π, π] into it, if full turns make no difference: not those that the pose or
+/// a coupling refers to, that a joint spring winds up, or that the spec gives outside it.
+template <class S>
+void wind_angles(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
+                 const DriveSample& target, VectorX& y) {
+  constexpr double two_pi = 2 * std::numbers::pi;
+  const auto is_outside = [](double angle) { return !(angle > -std::numbers::pi && angle <= std::numbers::pi); };
+  VectorX wound = y;
+  for (int column = 0; column < tree.columns; ++column) {
+    if (tree.is_length_column[column] || !is_outside(y[column])) continue;
+    const auto refers_to_column = [&](const LinearQuantity& quantity) {
+      return std::any_of(quantity.terms.begin(), quantity.terms.end(),
+                         [&](const auto& term) { return term.first == column; });
+    };
+    int users = 0;
+    bool may_wind = std::none_of(system.drive().linear.begin(), system.drive().linear.end(), refers_to_column);
+    for (std::size_t c = 0; c < tree.coordinate_expressions.size(); ++c) {
+      if (!refers_to_column(tree.coordinate_expressions[c])) continue;
+      ++users;
+      may_wind = may_wind && tree.coordinate_expressions[c].is_column() &&
+                 mechanism.coordinates[c].kind == CoordinateKind::angle &&
+                 may_wind_coordinate(mechanism, static_cast<int>(c));
+    }
+    if (may_wind && users == 1) wound[column] -= two_pi * std::ceil((y[column] - std::numbers::pi) / two_pi);
+  }
+  if (wound == y) return;
+  VectorX residual;
+  SparseMatrix jacobian;
+  system.evaluate(wound, target, residual, jacobian);
+  if (residual.size() == 0 || max_abs(residual) < closure_tolerance) y = wound;
+  system.evaluate(y, target, residual, jacobian);
+}
+
+}  // namespace
+
 template <class S>
 AssemblySolution solve_pose(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
                             const DriveSample& target) {
@@ -525,6 +579,7 @@ AssemblySolution solve_pose(const Mechanism& mechanism, const Tree<S>& tree, Con
     const double trial_distance = distance_from_assembly(mechanism, tree, trial.y);
     if (!best.found || trial_distance < distance) best = trial, distance = trial_distance;
   }
+  if (best.found) wind_angles(mechanism, tree, system, target, best.y);
   return best;
 }
 

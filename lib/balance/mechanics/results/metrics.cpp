@@ -73,7 +73,8 @@ std::vector<double> evaluate_series(const MetricSeries& series, const std::vecto
 
 void zero_round_off(Metric& metric, double start) {
   if (metric.peak <= metric.round_off) metric.peak_time = start;
-  for (double Metric::*statistic : {&Metric::peak, &Metric::rms, &Metric::mean, &Metric::range})
+  for (double Metric::*statistic :
+       {&Metric::peak, &Metric::rms, &Metric::mean, &Metric::range, &Metric::minimum, &Metric::maximum})
     metric.*statistic = suppress_round_off(metric.round_off, metric.*statistic);
 }
 
@@ -103,6 +104,7 @@ Metric summarise(const std::vector<double>& values, const TimeOf& time_of) {
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
   metric.range = high - low;
+  metric.minimum = low, metric.maximum = high;
   return metric;
 }
 
@@ -123,6 +125,8 @@ Metric find_worst_metric(const std::vector<Metric>& all, std::string quantity) {
     worst.rms = std::max(worst.rms, metric.rms);
     worst.mean = std::max(worst.mean, metric.mean);
     worst.range = std::max(worst.range, metric.range);
+    worst.minimum = std::min(worst.minimum, metric.minimum);
+    worst.maximum = std::max(worst.maximum, metric.maximum);
     worst.round_off = std::max(worst.round_off, metric.round_off);
   }
   return worst;
@@ -226,6 +230,8 @@ double statistic_of(const Metric& metric, Statistic statistic) {
     case Statistic::rms: return metric.rms;
     case Statistic::mean: return metric.mean;
     case Statistic::range: return metric.range;
+    case Statistic::minimum: return metric.minimum;
+    case Statistic::maximum: return metric.maximum;
   }
   return std::numeric_limits<double>::quiet_NaN();
 }

@@ -15,8 +15,8 @@
 
 namespace balance {
 
-/// Statistic of a quantity over a whole run.
-enum class Statistic { peak, rms, mean, range };  ///< members of Metric with the same names
+/// Statistic of a quantity over a whole run. Minimum and maximum are signed.
+enum class Statistic { peak, rms, mean, range, minimum, maximum };  ///< members of Metric with the same names
 
 /// A payload taken up or set down during the motion, with the jump of the actuator efforts.
 struct PayloadEvent {
@@ -43,7 +43,8 @@ struct Metric {
   double rms = 0;        ///< root of the time average of the squared magnitude (trapezoidal rule, jumps honoured)
   double mean = 0;       ///< time average of the magnitude
   double range = 0;      ///< maximum minus minimum: of the signed value for scalars, of the magnitude for vectors
-  double round_off = 0;  ///< threshold below which figures are round-off (mechanics/results/round_off.hpp)
+  double minimum = 0, maximum = 0;  ///< of the signed value for scalars, of the magnitude for vectors; not in files
+  double round_off = 0;             ///< threshold below which figures are round-off (mechanics/results/round_off.hpp)
 };
 
 struct IntermediateSamples;

@@ -2,9 +2,7 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
-#include "balance/mechanics/results/metrics.hpp"
-#include "balance/mechanics/results/quantities.hpp"
-#include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
 #include <algorithm>
@@ -16,37 +14,10 @@ namespace balance {
 
 namespace {
 
-/// Position of a landmark in the axes of its body.
-struct BodyPoint {
-  BodyId body = 0;
-  Vector3 position = Vector3::Zero();
-};
-
-BodyPoint locate_landmark(const Mechanism& mechanism, const Landmark& landmark) {
-  const auto index = static_cast<std::size_t>(landmark.index), body = static_cast<std::size_t>(landmark.body);
-  switch (landmark.kind) {
-    case Landmark::Kind::origin: break;
-    case Landmark::Kind::com: return {landmark.body, mechanism.bodies[body].com};
-    case Landmark::Kind::point: return {landmark.body, mechanism.bodies[body].points[index].position};
-    case Landmark::Kind::attachment: return {mechanism.attachments[index].body, mechanism.attachments[index].position};
-    case Landmark::Kind::disc: return {mechanism.discs[index].body, mechanism.discs[index].position};
-  }
-  return {landmark.body, Vector3::Zero()};
-}
-
 Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& point) {
   const double* origin = &poses.position(row, 3 * point.body);
   const double* q = &poses.orientation(row, 4 * point.body);
   return Vector3(origin[0], origin[1], origin[2]) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * point.position;
-}
-
-/// From a point to a line segment.
-double distance_to_segment(const Vector3& point, const Vector3& begin, const Vector3& end) {
-  const Vector3 direction = end - begin;
-  const double squared_length = direction.squaredNorm();
-  const double fraction =
-      squared_length > 0 ? std::clamp((point - begin).dot(direction) / squared_length, 0.0, 1.0) : 0;
-  return (point - begin - fraction * direction).norm();
 }
 
 }  // namespace
@@ -77,14 +48,37 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
     case ObjectiveTerm::RunMeasure::mobility:
       if (run.mobility.size() == 0) break;
       return min_coefficient(run.mobility);
-    case ObjectiveTerm::RunMeasure::figure:
-      for (const Metric& metric : run.metrics)
-        if (is_quantity_name(term.quantity, metric.quantity))
-          return suppress_round_off(metric.round_off, statistic_of(metric, term.figure));
-      break;
+    case ObjectiveTerm::RunMeasure::figure: {
+      const double value = compute_statistic(run, &mechanism, term.figure, term.quantity);
+      if (std::isnan(value)) break;
+      return value;
+    }
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +
                               (term.run == ObjectiveTerm::RunMeasure::figure ? term.quantity : "mobility") + "'");
+}
+
+std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term) {
+  switch (term.size) {
+    case ObjectiveTerm::Size::added_inertia: return "kg m^2";
+    case ObjectiveTerm::Size::added_mass:
+    case ObjectiveTerm::Size::total_mass: return "kg";
+    case ObjectiveTerm::Size::none: break;
+  }
+  switch (term.run) {
+    case ObjectiveTerm::RunMeasure::duration: return "s";
+    case ObjectiveTerm::RunMeasure::energy: return "J";
+    case ObjectiveTerm::RunMeasure::mobility: return "1";
+    case ObjectiveTerm::RunMeasure::clearance: return "m";
+    case ObjectiveTerm::RunMeasure::figure: break;
+  }
+  std::string mistake;
+  const auto described = describe_quantity(mechanism, term.quantity, mistake);
+  return described ? described->unit : "";
+}
+
+std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
+  return terms.size() == 1 && terms.front().weight == 1 ? unit_of_term(mechanism, terms.front()) : "";
 }
 
 double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term) {

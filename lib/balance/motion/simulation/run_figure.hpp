@@ -4,6 +4,9 @@
 #include "balance/mechanics/results/result.hpp"
 #include "balance/motion/study/design_space.hpp"
 
+#include <string>
+#include <vector>
+
 namespace balance {
 
 /// @throws std::invalid_argument if there is no trajectory of that name
@@ -16,6 +19,11 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
 
 /// The same for a run that is simulated first.
 double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term);
+
+/// SI unit of a term without its weight; "1": a pure number.
+std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term);
+/// SI unit of an objective: that of a single term without a weight; empty for sums.
+std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
 /// Minimum distance during a completed run [m].
 double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance);

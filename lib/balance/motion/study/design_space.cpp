@@ -40,8 +40,11 @@ VectorX DesignSpace::start_values() const {
 }
 
 DesignInstance DesignSpace::instantiate(const VectorX& x) const {
-  const RecordedValues<double> values(*recording, evaluate_inputs(*this, x));
-  return {values.mechanism(), values.trajectories()};
+  const std::vector<double> all_inputs = evaluate_inputs(*this, x);
+  const RecordedValues<double> values(*recording, all_inputs);
+  DesignInstance instance{values.mechanism(), values.trajectories()};
+  if (assembly_mode) assembly_mode->select(all_inputs, instance);
+  return instance;
 }
 
 Study DesignSpace::study_at(const VectorX& x) const {

@@ -5,6 +5,8 @@
 #include "balance/motion/study/study.hpp"
 
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace balance {
 
@@ -12,6 +14,18 @@ namespace balance {
 struct DesignInstance {
   Mechanism mechanism;
   std::vector<Trajectory> trajectories;
+  /// Why the assembly mode of the start values does not exist for these numbers; empty if it does, or is not followed.
+  std::string mode_issue = {};
+};
+
+/// The assembly mode of a mechanism as a function of the numbers of its spec. Without it the mode is the one nearest to
+/// the values of `assembly`, which may jump to another mode as lengths change.
+class AssemblyModeSelector {
+ public:
+  virtual ~AssemblyModeSelector() = default;
+  /// Sets the assembly values of the instance, or its mode_issue.
+  /// @param inputs of the recording, from which the instance was made
+  virtual void select(const std::vector<double>& inputs, DesignInstance& instance) const = 0;
 };
 
 struct DesignSpace {
@@ -19,6 +33,7 @@ struct DesignSpace {
   std::shared_ptr<const Recording> recording;
   std::vector<double> inputs;    ///< values of the recording's inputs; those of free numbers are replaced
   std::vector<int> free_inputs;  ///< the input of each of start.free_numbers
+  std::shared_ptr<const AssemblyModeSelector> assembly_mode;  ///< nullptr: the mode nearest to the spec's `assembly`
 
   DesignSpace() = default;
   DesignSpace(Study study, std::shared_ptr<const Recording> recorded);
@@ -37,5 +52,12 @@ struct DesignSpace {
   /// The space in which only the numbers `free_indices` are free and the others are fixed at x.
   DesignSpace fix_others(const VectorX& x, const std::vector<int>& free_indices) const;
 };
+
+/// Replaces the assembly values of a mechanism by others, without derivatives.
+template <class T>
+void set_assembly(MechanismOf<T>& mechanism, const std::vector<CoordinateValue>& values) {
+  mechanism.assembly.clear();
+  for (const CoordinateValue& one : values) mechanism.assembly.push_back({one.coordinate, T(one.value)});
+}
 
 }  // namespace balance

@@ -3,6 +3,7 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/types.hpp"
+#include "balance/mechanics/model/landmark.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -26,20 +27,6 @@ namespace balance {
 inline constexpr long max_seed = 9'007'199'254'740'991;
 
 // Distance between a point of one body and another point, or a line segment.
-
-/// A point marked by an element of the mechanism.
-struct Landmark {
-  enum class Kind {
-    origin,      ///< of a body's frame
-    com,         ///< of a body alone, without attachments
-    point,       ///< a named point of a body
-    attachment,  ///< the centre of mass of a counterweight or payload
-    disc,        ///< centre of mass of a disc
-  };
-  Kind kind = Kind::origin;
-  BodyId body = 0;  ///< for origin, com and point
-  int index = 0;    ///< of the body's point, of the attachment or of the disc
-};
 
 /// Distance between a point and a target: another point, or the line segment between two [m].
 struct Clearance {

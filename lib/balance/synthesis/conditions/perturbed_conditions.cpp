@@ -31,6 +31,17 @@ MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
   return products - unknown_columns * ColumnPivotingQr(unknown_columns).solve(products);
 }
 
+void stack_blocks(const std::vector<MatrixX>& blocks, Eigen::Index columns, MatrixX& stacked_rows) {
+  Eigen::Index count = 0;
+  for (const MatrixX& block : blocks) count += block.rows();
+  stacked_rows.resize(count, columns);
+  Eigen::Index first_row = 0;
+  for (const MatrixX& block : blocks) {
+    stacked_rows.middleRows(first_row, block.rows()) = block;
+    first_row += block.rows();
+  }
+}
+
 }  // namespace
 
 struct GoalResidual::Implementation {
@@ -116,17 +127,16 @@ class ResidualSamples : public GoalResidual::Implementation {
                      MatrixX& stacked_rows) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
     ConstraintSystem<S> closures(tree, Drive<S>{});
-    stacked_rows.resize(0, goal_rows.parameters() + goal_rows.extra_unknowns());
-    MatrixX rows;
-    for (const SampledState& sample : samples) {
+    std::vector<MatrixX> blocks(samples.size());
+    for (std::size_t k = 0; k < samples.size(); ++k) {
       SampledConfiguration configuration;
-      if (!project_onto_closures(closures, sample.y, freedoms_, configuration)) return false;
+      if (!project_onto_closures(closures, samples[k].y, freedoms_, configuration)) return false;
       // projected, since a basis would rotate as the numbers change
       const MatrixX projector = configuration.null_space * configuration.null_space.transpose();
-      if (!goal_rows.evaluate(configuration, {projector, projector * sample.velocity_seed}, rows)) return false;
-      stacked_rows.conservativeResize(stacked_rows.rows() + rows.rows(), Eigen::NoChange);
-      stacked_rows.bottomRows(rows.rows()) = rows;
+      if (!goal_rows.evaluate(configuration, {projector, projector * samples[k].velocity_seed}, blocks[k]))
+        return false;
     }
+    stack_blocks(blocks, goal_rows.parameters() + goal_rows.extra_unknowns(), stacked_rows);
     return true;
   }
 
@@ -237,7 +247,6 @@ class PerturbedRows : public PerturbedConditions::Implementation {
     if (!goal_rows.mismatch_reason().empty()) return false;
     ConstraintSystem<S> closures(tree, Drive<S>{});
     std::vector<MatrixX> blocks;
-    Eigen::Index count = 0;
     for (std::size_t k = 0; k < y_.size(); ++k) {
       SampledConfiguration configuration;
       MatrixX rows;
@@ -245,15 +254,9 @@ class PerturbedRows : public PerturbedConditions::Implementation {
       const VectorX velocity = configuration.null_space * (configuration.null_space.transpose() * velocity_seeds_[k]);
       if (!goal_rows.evaluate(configuration, {configuration.null_space, velocity}, rows))
         continue;  // not held well there by the actuators
-      count += rows.rows();
       blocks.push_back(std::move(rows));
     }
-    stacked_rows.resize(count, goal_rows.parameters() + goal_rows.extra_unknowns());
-    Eigen::Index first_row = 0;
-    for (const MatrixX& block : blocks) {
-      stacked_rows.middleRows(first_row, block.rows()) = block;
-      first_row += block.rows();
-    }
+    stack_blocks(blocks, goal_rows.parameters() + goal_rows.extra_unknowns(), stacked_rows);
     return true;
   }
 

@@ -25,10 +25,14 @@ constexpr int min_samples = 48, samples_per_variable = 24, max_local_searches = 
               max_search_evaluations = 60;
 /// Starts closer together than this in unit coordinates count as one.
 constexpr double min_start_distance = 0.15;
-/// Relative difference below which optima count as equal.
-constexpr double optimum_tolerance = 1e-5;
-/// Fraction of the remaining time for sampling.
-constexpr double sampling_time_fraction = 0.3;
+/// Number of tangents of the boundary of assembly; the farthest point that shows it; the accuracy to which it is found;
+/// the distance of the points that give its tangent, and how steep that is at most.
+constexpr int max_boundary_cuts = 8;
+constexpr double max_boundary_distance = 0.5, boundary_tolerance = 1e-8, boundary_step = 1e-3, max_boundary_slope = 20;
+/// Relative decrease by a search without gradients that shows kinks, where gradients mislead.
+constexpr double kink_threshold = 1e-7;
+/// Number of times that searches with and without gradients alternate at kinks.
+constexpr int max_refinements = 4;
 /// Maximum number of times that the limits are tightened, by overshoot_factor times their violation; larger violations
 /// than max_relative_violation are left alone.
 constexpr int max_penalty_updates = 3;
@@ -39,18 +43,21 @@ constexpr int max_bilevel_variables = 60;
 class BilevelSearch {
  public:
   BilevelSearch(const SolverContext& context, const VectorX& anchor, const ScaledObjective* objective,
-                bool ignore_conditions)
+                bool ignore_conditions, const StartEndHandler& handle_start_end)
       : context_(context),
         capabilities_(context.problem.model->capabilities()),
         anchor_(anchor),
         has_conditions_(!context.problem.goals.empty() && !ignore_conditions),
         has_figure_(objective != nullptr || capabilities_.has_convex_limits),
-        objective_(objective) {}
+        objective_(objective),
+        handle_start_end_(handle_start_end) {}
 
   BilevelResult run() {
     BilevelResult designs;
     if (!is_applicable()) return designs;
     designs.is_applicable = true;
+    // The anchor comes first, so that there is a design soon.
+    if (has_figure_) search_figure_from(outer_variables(anchor_));
     const std::vector<InnerSolution> points = sample_outer_space();
     if (has_conditions_) search_balance(points);
     if (has_figure_) search_figure(points);
@@ -130,12 +137,11 @@ class BilevelSearch {
     for (const VectorX& outer_values :
          low_discrepancy_points(std::max(min_samples, samples_per_variable * n), n, context_.problem.search.seed))
       sample_points.push_back(insert_outer_variables(outer_values));
-    const double min_remaining_time = (1 - sampling_time_fraction) * context_.budget.remaining_time();
     InnerProblem anchor_problem(context_, *model_, target(), figure_scale_);
     const bool has_anchor_reference = anchor_problem.set_reference(anchor_);
     std::vector<InnerSolution> points;
     for (const VectorX& u : sample_points) {
-      if (context_.budget.remaining_time() < min_remaining_time) break;
+      if (context_.budget.is_spent()) break;
       InnerSolution solution = has_anchor_reference ? anchor_problem.solve_at(u) : InnerSolution{};
       if (!solution.is_found && has_conditions_ && context_.infeasibility_reason(u).empty()) {
         InnerProblem point_problem(context_, *model_, target(), figure_scale_);
@@ -169,15 +175,6 @@ class BilevelSearch {
   std::vector<InnerSolution>::const_iterator best_optimum() const {
     return std::min_element(local_optima_.begin(), local_optima_.end(),
                             [](const auto& a, const auto& b) { return a.value < b.value; });
-  }
-
-  /// Number of local searches that ended at the best value.
-  static int count_repeated_optima(const std::vector<double>& values) {
-    if (values.empty()) return 0;
-    const double best = *std::min_element(values.begin(), values.end());
-    return static_cast<int>(std::count_if(values.begin(), values.end(), [best](double value) {
-      return std::abs(value - best) <= optimum_tolerance * std::abs(best);
-    }));
   }
 
   /// Finds lengths at which the conditions can be met.
@@ -222,17 +219,45 @@ class BilevelSearch {
     std::vector<InnerSolution> candidates = points;
     for (const InnerSolution& optimum : local_optima_) candidates.push_back(optimum);
     const int count = std::min(max_figure_searches, 1 + static_cast<int>(model_->outer().size()));
-    std::vector<double> values;
-    for (const VectorX& v : select_starts(candidates, count, [](const auto& p) { return p.value; })) {
-      if (context_.budget.is_spent()) break;
-      const InnerSolution optimum = minimise_figure_from(v);
-      if (optimum.is_found) values.push_back(optimum.value);
-      record(optimum);
-    }
-    context_.budget.repeated_optima = count_repeated_optima(values);
+    for (const VectorX& v : select_starts(candidates, count, [](const auto& p) { return p.value; }))
+      search_figure_from(v);
     for (const InnerSolution& point : points) record(point);
-    const auto best = best_optimum();
-    if (best != local_optima_.end() && !context_.budget.is_spent()) record(refine_optimum(outer_variables(best->u)));
+  }
+
+  /// One start; none if enough of them agree or the time is over.
+  void search_figure_from(const VectorX& start) {
+    if (is_finished_ || context_.budget.is_spent() || std::any_of(begun_.begin(), begun_.end(), [&](const VectorX& v) {
+          return (v - start).norm() < min_start_distance;
+        }))
+      return;
+    begun_.push_back(start);
+    InnerSolution optimum = minimise_figure_from(start);
+    // The others are improved on all variables at once, where kinks of the inner optimum are bounds of the masses.
+    if (optimum.is_found && (objective_ == nullptr || objective_->is_simulated()))
+      optimum = descend_along_kinks(std::move(optimum));
+    record(optimum);
+    if (!handle_start_end_) return;
+    const VectorX u = optimum.is_found ? model_->recover_variables(optimum.u, optimum.unknowns) : VectorX();
+    is_finished_ = handle_start_end_(u, optimum.is_found && optimum.residual < feasibility_tolerance);
+  }
+
+  /// Continues a descent without gradients, and from its end with gradients, as long as that helps. Where it does not
+  /// help the first start, the value is smooth.
+  InnerSolution descend_along_kinks(InnerSolution optimum) {
+    for (int round = 0; round < max_refinements && has_kinks_ && !context_.budget.is_spent(); ++round) {
+      const double before = optimum.value;
+      for (const bool with_gradients : {false, true}) {
+        InnerSolution next = with_gradients ? minimise_figure_from(outer_variables(optimum.u))
+                                            : refine_optimum(outer_variables(optimum.u));
+        if (next.is_found && next.value < optimum.value) optimum = std::move(next);
+        const bool has_improved = optimum.value < before - kink_threshold * std::abs(before);
+        if (!with_gradients && !has_improved) {
+          if (round == 0 && begun_.size() == 1) has_kinks_ = false;
+          return optimum;
+        }
+      }
+    }
+    return optimum;
   }
 
   /// Evaluates points and records the best.
@@ -240,11 +265,15 @@ class BilevelSearch {
     const BilevelSearch& search;
     InnerProblem inner;
     InnerSolution best = {};
+    std::vector<VectorX> undefined = {};  ///< points without a solution
 
     double operator()(const VectorX& v, VectorX* gradient) {
       ++search.context_.budget.evaluations;
       InnerSolution solution = inner.solve_at(search.insert_outer_variables(v));
-      if (!solution.is_found) return std::numeric_limits<double>::quiet_NaN();
+      if (!solution.is_found) {
+        undefined.push_back(v);
+        return std::numeric_limits<double>::quiet_NaN();
+      }
       if (gradient != nullptr) *gradient = inner.gradient(solution);
       if (gradient != nullptr && !gradient->allFinite()) gradient->setZero(v.size());
       const double value = solution.value;
@@ -275,19 +304,90 @@ class BilevelSearch {
     }
   }
 
-  /// Gradient descent of the figure.
+  /// An estimated tangent of the boundary beyond which the mechanism cannot be assembled or follow its motions:
+  /// normal · v ≤ offset.
+  struct BoundaryCut {
+    VectorX normal;
+    double offset;
+  };
+
+  /// Gradient descent of the figure. Where points without a solution stop it, it continues along the boundary.
   InnerSolution minimise_figure_from(const VectorX& start) {
     OuterObjective outer_objective{*this, InnerProblem(context_, *model_, target(), figure_scale_, limit_margin_)};
-    const std::string& requested_method = context_.problem.search.local;
     if (!outer_objective.inner.set_reference(insert_outer_variables(start))) return {};
     ++context_.budget.local_searches;
+    std::vector<BoundaryCut> cuts;
+    descend(outer_objective, start, cuts);
+    const InnerSolution& best = outer_objective.best;
+    for (int k = 0; k < max_boundary_cuts && best.is_found && !context_.budget.is_spent(); ++k) {
+      const double before = best.value;
+      const std::optional<BoundaryCut> cut = find_boundary_cut(outer_objective);
+      if (!cut) break;
+      cuts.push_back(*cut);
+      outer_objective.undefined.clear();
+      descend(outer_objective, outer_variables(best.u), cuts);
+      if (!(best.value < before - kink_threshold * std::abs(before))) break;
+    }
+    return best;
+  }
+
+  void descend(OuterObjective& outer_objective, const VectorX& start, const std::vector<BoundaryCut>& cuts) const {
+    const std::string& requested_method = context_.problem.search.local;
     NonlinearProgram program;
     program.size = static_cast<int>(start.size());
     program.objective = [&](const VectorX& v, VectorX* gradient) { return outer_objective(v, gradient); };
+    program.inequality_count = static_cast<int>(cuts.size());
+    program.inequalities = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      for (std::size_t k = 0; k < cuts.size(); ++k) {
+        const auto row = static_cast<Eigen::Index>(k);
+        values[row] = cuts[k].offset - cuts[k].normal.dot(v);
+        if (jacobian != nullptr) jacobian->row(row) = -cuts[k].normal.transpose();
+      }
+    };
     const StoppingCriteria limits{max_search_evaluations, context_.budget.remaining_time(), 1e-9, 0.1,
                                   context_.budget.make_stop_callback()};
     search_locally(requested_method == "auto" ? "slsqp" : requested_method, program, start, limits);
-    return outer_objective.best;
+  }
+
+  /// Bisects towards the nearest point without a solution, and along parallel lines next to it.
+  std::optional<BoundaryCut> find_boundary_cut(const OuterObjective& outer_objective) const {
+    const VectorX inside = outer_variables(outer_objective.best.u);
+    const VectorX* blocked = nullptr;
+    for (const VectorX& v : outer_objective.undefined)
+      if (blocked == nullptr || (v - inside).norm() < (*blocked - inside).norm()) blocked = &v;
+    if (blocked == nullptr || !((*blocked - inside).norm() < max_boundary_distance)) return std::nullopt;
+    const auto is_defined = [&](const VectorX& v) {
+      return outer_objective.inner.solve_at(insert_outer_variables(v)).is_found;
+    };
+    /// The last point from a defined to an undefined one.
+    const auto bisect = [&](double defined, double undefined, const auto& point) {
+      while (std::abs(undefined - defined) > boundary_tolerance && !context_.budget.is_spent()) {
+        const double middle = (defined + undefined) / 2;
+        (is_defined(point(middle)) ? defined : undefined) = middle;
+      }
+      return defined;
+    };
+    const double distance = (*blocked - inside).norm();
+    const VectorX direction = (*blocked - inside) / distance;
+    const auto along = [&](double t) { return VectorX(inside + t * direction); };
+    const VectorX boundary = along(bisect(0, distance, along));
+    // the normal is direction − Σ slope · tangent, with the boundary's slopes over the tangents
+    const Eigen::HouseholderQR<MatrixX> qr(direction);
+    const MatrixX basis = qr.householderQ() * MatrixX::Identity(direction.size(), direction.size());
+    VectorX normal = direction;
+    for (Eigen::Index k = 1; k < basis.cols(); ++k) {
+      VectorX tangent = basis.col(k);
+      if (max_abs(boundary + boundary_step * tangent) > 1) tangent = -tangent;
+      const auto beside = [&](double t) { return VectorX(boundary + boundary_step * tangent + t * direction); };
+      double defined = 0, undefined = 0;
+      if (is_defined(beside(0)))
+        undefined = max_boundary_slope * boundary_step;
+      else
+        defined = -max_boundary_slope * boundary_step;
+      if (is_defined(beside(undefined)) || !is_defined(beside(defined))) continue;
+      normal -= bisect(defined, undefined, beside) / boundary_step * tangent;
+    }
+    return BoundaryCut{normal, normal.dot(boundary)};
   }
 
   /// Derivative-free search, because gradients are misleading at kinks.
@@ -329,6 +429,9 @@ class BilevelSearch {
   bool has_conditions_, has_figure_;
   const ScaledObjective* objective_;
   std::optional<ConvexMassModel> model_;
+  const StartEndHandler& handle_start_end_;
+  std::vector<VectorX> begun_;  ///< starts of searches for the figure
+  bool is_finished_ = false, has_kinks_ = true;
   double figure_scale_ = 1, limit_margin_ = 0;
   std::vector<InnerSolution> local_optima_;
 };
@@ -336,8 +439,8 @@ class BilevelSearch {
 }  // namespace
 
 BilevelResult search_bilevel(const SolverContext& context, const VectorX& anchor, const ScaledObjective* objective,
-                             bool ignore_conditions) {
-  return BilevelSearch(context, anchor, objective, ignore_conditions).run();
+                             bool ignore_conditions, const StartEndHandler& handle_start_end) {
+  return BilevelSearch(context, anchor, objective, ignore_conditions, handle_start_end).run();
 }
 
 }  // namespace balance::design

@@ -11,6 +11,8 @@ namespace {
 
 /// Distance to a discrete value below which a variable counts as having it, relative to the range.
 constexpr double discrete_value_tolerance = 1e-9;
+/// Fraction of its range below which a variable of an element counts as zero in the solution of a relaxation.
+constexpr double unused_element_threshold = 1e-6;
 
 const DesignVariable& variable(const DesignProblem& problem, int i) {
   return problem.variables[static_cast<std::size_t>(i)];
@@ -27,7 +29,8 @@ BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements
     else
       groups_.push_back(choice.max_count < 0 ? max_kept_elements : choice.max_count);
     if (choice.max_count < 0) shared = group;
-    for (const OptionalElement& element : choice.elements) elements_.push_back({element.variables, group});
+    for (const OptionalElement& element : choice.elements)
+      elements_.push_back({element.variables, element.own_variables, group});
   }
 }
 
@@ -49,6 +52,34 @@ BranchNode BranchingRule::root() const {
   }
   branch.element_states.assign(elements_.size(), BranchNode::ElementState::undecided);
   return branch;
+}
+
+BranchNode BranchingRule::node_of(const VectorX& x) const {
+  BranchNode branch = root();
+  for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (!problem_.variables[i].discrete_values.empty()) branch.lower[k] = branch.upper[k] = x[k];
+  }
+  for (std::size_t k = 0; k < elements_.size(); ++k) {
+    const std::vector<int>& numbers = elements_[k].numbers;
+    const bool is_kept = std::any_of(numbers.begin(), numbers.end(), [&](int i) { return x[i] != 0; });
+    branch.element_states[k] = is_kept ? BranchNode::ElementState::kept : BranchNode::ElementState::excluded;
+    if (!is_kept) fix_excluded(branch, k);
+  }
+  return branch;
+}
+
+bool BranchingRule::exclude(BranchNode& branch, std::size_t k) const {
+  if (branch.element_states[k] == BranchNode::ElementState::excluded) return false;
+  branch.element_states[k] = BranchNode::ElementState::excluded;
+  fix_excluded(branch, k);
+  return true;
+}
+
+/// What has no effect without the element keeps its start value.
+void BranchingRule::fix_excluded(BranchNode& branch, std::size_t k) const {
+  for (const int i : elements_[k].numbers) branch.lower[i] = branch.upper[i] = 0;
+  for (const int i : elements_[k].own_numbers) branch.lower[i] = branch.upper[i] = variable(problem_, i).start;
 }
 
 bool BranchingRule::propagate_values(BranchNode& branch) const {
@@ -81,8 +112,7 @@ bool BranchingRule::propagate_element(BranchNode& branch, std::size_t k) const {
   }
   if (cannot_vanish && state == BranchNode::ElementState::excluded) return false;
   if (cannot_vanish) state = BranchNode::ElementState::kept;
-  if (state == BranchNode::ElementState::excluded)
-    for (const int i : elements_[k].numbers) branch.lower[i] = branch.upper[i] = 0;
+  if (state == BranchNode::ElementState::excluded) fix_excluded(branch, k);
   return true;
 }
 
@@ -168,6 +198,16 @@ std::vector<BranchNode> BranchingRule::branch(const BranchNode& branch, const Ve
   return branch_on_value(branch, number, x[number]);
 }
 
+std::optional<BranchNode> BranchingRule::leaf_at(const BranchNode& branch, const VectorX& x) const {
+  BranchNode leaf = branch;
+  for (std::size_t k = 0; k < elements_.size(); ++k)
+    if (leaf.element_states[k] == BranchNode::ElementState::undecided &&
+        range_fraction(elements_[k], x) < unused_element_threshold)
+      leaf.element_states[k] = BranchNode::ElementState::excluded;
+  if (!propagate(leaf) || !is_leaf(leaf)) return std::nullopt;
+  return leaf;
+}
+
 std::vector<BranchNode> BranchingRule::branch_on_element(const BranchNode& branch, std::size_t k) const {
   std::vector<BranchNode> children(2, branch);
   children[0].element_states[k] = BranchNode::ElementState::excluded;
@@ -242,7 +282,15 @@ DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& b
     variable.start = std::clamp(variable.start, variable.lower, variable.upper);
   }
   restricted.search.max_time = seconds;
+  restricted.is_single_pass = true;
   return restricted;
+}
+
+void set_start(DesignProblem& problem, const VectorX& x) {
+  for (std::size_t i = 0; i < problem.variables.size(); ++i) {
+    DesignVariable& variable = problem.variables[i];
+    variable.start = std::clamp(x[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
+  }
 }
 
 NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& full_problem, const BranchNode& branch)
@@ -397,40 +445,128 @@ bool BranchAndBound::is_done() const {
          result_.incumbent->rank == DiscreteCandidate::Rank::exact;
 }
 
+bool BranchAndBound::is_comparable(const std::optional<DiscreteCandidate>& candidate) const {
+  return candidate &&
+         (target_ != BranchObjective::constrained_figure || candidate->rank == DiscreteCandidate::Rank::exact);
+}
+
+bool BranchAndBound::has_closed_gap(const DiscreteCandidate& candidate, double lower_bound) {
+  return lower_bound >= candidate.value - relative_gap_tolerance * std::abs(candidate.value);
+}
+
 /// Lower bound of all wanted designs in a leaf.
-double BranchAndBound::leaf_bound(const BranchNode& branch, double lower_bound,
-                                  const std::optional<DiscreteCandidate>& candidate,
+double BranchAndBound::leaf_bound(const BranchNode& branch, const std::optional<DiscreteCandidate>& candidate,
                                   const DesignOutcome& outcome) const {
   const double infinite = std::numeric_limits<double>::infinity();
   const bool is_single_design = branch.lower == branch.upper;
-  const bool is_comparable = candidate && (target_ != BranchObjective::constrained_figure ||
-                                           candidate->rank == DiscreteCandidate::Rank::exact);
-  if (!is_comparable) return is_single_design || outcome.is_proved_infeasible ? infinite : lower_bound;
-  const bool is_proved = outcome.optimality == Optimality::proved_global ||
-                         (target_ == BranchObjective::constrained_figure && !problem_.objective);
-  if (is_single_design || is_proved) return candidate->value;
-  return candidate->value <= lower_bound + relative_gap_tolerance * std::abs(lower_bound) ? candidate->value
-                                                                                          : lower_bound;
+  if (!is_comparable(candidate))
+    return is_single_design || outcome.is_proved_infeasible ? infinite : branch.lower_bound;
+  if (is_single_design || (target_ == BranchObjective::constrained_figure && !problem_.objective))
+    return candidate->value;
+  if (outcome.optimality != Optimality::proved_global) return branch.lower_bound;
+  return target_ != BranchObjective::residual && has_closed_gap(*candidate, outcome.lower_bound)
+             ? std::max(branch.lower_bound, outcome.lower_bound)
+             : candidate->value;
 }
 
-void BranchAndBound::solve_leaf(const BranchNode& branch, double lower_bound, bool has_relaxation) {
-  DesignProblem leaf_problem = restrict_to_node(problem_, branch, budget_.remaining_time());
+DesignProblem BranchAndBound::make_leaf_problem(const UnprovedLeaf& leaf) const {
+  DesignProblem leaf_problem = restrict_to_node(problem_, leaf.branch, budget_.remaining_time());
+  if (leaf.relaxed_x.size() > 0) set_start(leaf_problem, leaf.relaxed_x);
+  if (leaf.has_relaxation && target_ != BranchObjective::residual)
+    leaf_problem.proved_lower_bound = leaf.branch.lower_bound;
+  return leaf_problem;
+}
+
+void BranchAndBound::consider(const DiscreteCandidate& candidate) {
+  const bool better = !result_.incumbent || candidate.rank < result_.incumbent->rank ||
+                      (candidate.rank == result_.incumbent->rank && candidate.value < result_.incumbent->value);
+  if (better) result_.incumbent = candidate;
+}
+
+/// Solves a leaf and raises its lower bound to what the result proves.
+std::optional<DiscreteCandidate> BranchAndBound::search_leaf(const DesignProblem& leaf_problem, UnprovedLeaf& leaf) {
+  ++node_counts_.designs;
+  const DesignOutcome outcome = solve_design(leaf_problem);
+  std::optional<DiscreteCandidate> candidate = make_candidate(outcome);
+  leaf.branch.lower_bound = leaf_bound(leaf.branch, candidate, outcome);
+  if (candidate) consider(*candidate);
+  return candidate;
+}
+
+DesignProblem BranchAndBound::make_quick_leaf_problem(const UnprovedLeaf& leaf) const {
+  DesignProblem leaf_problem = make_leaf_problem(leaf);
   leaf_problem.is_subproblem = true;
   leaf_problem.search.max_restarts = std::min(leaf_problem.search.max_restarts, max_leaf_restarts);
   leaf_problem.search.max_evaluations = std::min(leaf_problem.search.max_evaluations, max_leaf_evaluations);
-  if (!has_relaxation) leaf_problem.search.max_time = std::max(1e-3, leaf_time_fraction * budget_.remaining_time());
-  ++node_counts_.designs;
-  DesignOutcome outcome = solve_design(leaf_problem);
-  std::optional<DiscreteCandidate> candidate = make_candidate(outcome);
-  const double bound = leaf_bound(branch, lower_bound, candidate, outcome);
-  result_.lower_bound = std::min(result_.lower_bound, bound);
-  const bool is_exact = candidate && candidate->rank == DiscreteCandidate::Rank::exact;
-  if (target_ == BranchObjective::constrained_figure && !is_exact && bound < std::numeric_limits<double>::infinity())
-    result_.is_exhausted = false;
-  if (!candidate) return;
-  const bool better = !result_.incumbent || candidate->rank < result_.incumbent->rank ||
-                      (candidate->rank == result_.incumbent->rank && candidate->value < result_.incumbent->value);
-  if (better) result_.incumbent = std::move(candidate);
+  if (!leaf.has_relaxation)
+    leaf_problem.search.max_time = std::max(1e-3, leaf_time_fraction * budget_.remaining_time());
+  return leaf_problem;
+}
+
+/// If the solution of the relaxation uses few enough elements, it may be the best design of the whole node.
+/// @return whether it is
+bool BranchAndBound::solve_at_relaxed_solution(const BranchingRule& branching, const BranchNode& branch,
+                                               const NodeBounds::Bound& bound) {
+  if (!bound.has_relaxation || bound.x.size() == 0 || target_ != BranchObjective::constrained_figure) return false;
+  std::optional<BranchNode> part = branching.leaf_at(branch, bound.x);
+  if (!part) return false;
+  UnprovedLeaf leaf{std::move(*part), true, {}, bound.x};
+  DesignProblem leaf_problem = make_quick_leaf_problem(leaf);
+  leaf_problem.search.max_restarts = 1;
+  const std::optional<DiscreteCandidate> candidate = search_leaf(leaf_problem, leaf);
+  if (!is_comparable(candidate) || !has_closed_gap(*candidate, branch.lower_bound)) return false;
+  result_.lower_bound = std::min(result_.lower_bound, branch.lower_bound);
+  return true;
+}
+
+std::optional<DiscreteCandidate> BranchAndBound::solve_node(BranchNode node, double max_figure) {
+  result_ = {};
+  const NodeBounds::Bound bound = bounds_(node, {node.lower, node.upper, {}}, BranchObjective::constrained_figure);
+  if (!bound.has_relaxation || !bound.is_feasible || bound.lower_bound > max_figure) return std::nullopt;
+  target_ = BranchObjective::constrained_figure;
+  node.lower_bound = bound.lower_bound;
+  UnprovedLeaf leaf{std::move(node), true, {}, bound.x};
+  return search_leaf(make_quick_leaf_problem(leaf), leaf);
+}
+
+void BranchAndBound::solve_leaf(BranchNode branch, const NodeBounds::Bound& bound) {
+  UnprovedLeaf leaf{std::move(branch), bound.has_relaxation, {}, bound.x};
+  leaf.candidate = search_leaf(make_quick_leaf_problem(leaf), leaf);
+  if (is_comparable(leaf.candidate) && has_closed_gap(*leaf.candidate, leaf.branch.lower_bound))
+    result_.lower_bound = std::min(result_.lower_bound, leaf.branch.lower_bound);
+  else if (leaf.branch.lower_bound < std::numeric_limits<double>::infinity())
+    unproved_leaves_.push_back(std::move(leaf));
+}
+
+/// Searches the leaves again that may contain better designs, as problems of their own from the spec's start values:
+/// first those with the best designs so far.
+void BranchAndBound::search_unproved_leaves() {
+  const auto is_better = [](const UnprovedLeaf& a, const UnprovedLeaf& b) {
+    if (!a.candidate || !b.candidate) return a.candidate.has_value() && !b.candidate;
+    if (a.candidate->rank != b.candidate->rank) return a.candidate->rank < b.candidate->rank;
+    return a.candidate->value < b.candidate->value;
+  };
+  std::stable_sort(unproved_leaves_.begin(), unproved_leaves_.end(), is_better);
+  const bool has_choices = !problem_.cardinality_constraints.empty();  // combinations of sizes are too many
+  for (std::size_t k = 0; has_choices && k < unproved_leaves_.size() && !is_done() && !budget_.is_spent(); ++k) {
+    UnprovedLeaf& leaf = unproved_leaves_[k];
+    if (is_pruned(leaf.branch.lower_bound)) continue;
+    DesignProblem leaf_problem = restrict_to_node(
+        problem_, leaf.branch, budget_.remaining_time() / static_cast<double>(unproved_leaves_.size() - k + 1));
+    search_leaf(leaf_problem, leaf);
+  }
+  for (const UnprovedLeaf& leaf : unproved_leaves_) {
+    result_.lower_bound = std::min(result_.lower_bound, leaf.branch.lower_bound);
+    if (target_ == BranchObjective::constrained_figure && !is_comparable(result_.incumbent) &&
+        leaf.branch.lower_bound < std::numeric_limits<double>::infinity())
+      result_.is_exhausted = false;
+  }
+}
+
+/// Whether nothing above the bound is wanted, because a design as good is known.
+bool BranchAndBound::is_pruned(double lower_bound) const {
+  return is_comparable(result_.incumbent) &&
+         lower_bound >= result_.incumbent->value - pruning_tolerance * std::abs(result_.incumbent->value);
 }
 
 void BranchAndBound::process_node(const BranchingRule& branching, BranchNode branch) {
@@ -438,15 +574,13 @@ void BranchAndBound::process_node(const BranchingRule& branching, BranchNode bra
   ++node_counts_.branches;
   const NodeBounds::Bound bound = bounds_(branch, branching.node_domain(branch), target_);
   if (bound.has_relaxation && !bound.is_feasible) return;
-  const double lower_bound = bound.has_relaxation ? bound.lower_bound : -std::numeric_limits<double>::infinity();
-  const bool is_incumbent_exact = result_.incumbent && result_.incumbent->rank == DiscreteCandidate::Rank::exact;
-  const bool comparable = result_.incumbent && (target_ != BranchObjective::constrained_figure || is_incumbent_exact);
-  if (comparable && lower_bound >= result_.incumbent->value - pruning_tolerance * std::abs(result_.incumbent->value)) {
-    result_.lower_bound = std::min(result_.lower_bound, lower_bound);
+  if (bound.has_relaxation) branch.lower_bound = std::max(branch.lower_bound, bound.lower_bound);
+  if (is_pruned(branch.lower_bound)) {
+    result_.lower_bound = std::min(result_.lower_bound, branch.lower_bound);
     return;
   }
-  if (branching.is_leaf(branch)) return solve_leaf(branch, lower_bound, bound.has_relaxation);
-  branch.lower_bound = lower_bound;
+  if (branching.is_leaf(branch)) return solve_leaf(std::move(branch), bound);
+  if (solve_at_relaxed_solution(branching, branch, bound)) return;
   const VectorX x = bound.x.size() > 0 ? bound.x : VectorX((branch.lower + branch.upper) / 2);
   for (BranchNode& child : branching.branch(branch, x)) open_.push_back(std::move(child));
 }
@@ -454,12 +588,14 @@ void BranchAndBound::process_node(const BranchingRule& branching, BranchNode bra
 BranchAndBoundResult BranchAndBound::run(const BranchingRule& branching, BranchObjective target) {
   target_ = target;
   result_ = {};
+  unproved_leaves_.clear();
   open_ = {branching.root()};
   while (!open_.empty() && !is_done() && !budget_.is_spent()) {
     const BranchNode next = std::move(open_.back());
     open_.pop_back();
     process_node(branching, next);
   }
+  search_unproved_leaves();
   if (is_done()) return std::move(result_);
   for (const BranchNode& node : open_) {
     result_.is_exhausted = false;

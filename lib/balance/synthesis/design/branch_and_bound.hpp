@@ -31,6 +31,13 @@ class BranchingRule {
   /// Splits a node that is not a leaf into two or three parts; the one to process first is the last.
   /// @param x good values for the node without discreteness
   std::vector<BranchNode> branch(const BranchNode& branch, const VectorX& x) const;
+  /// The designs with the elements and discrete values of x.
+  BranchNode node_of(const VectorX& x) const;
+  /// Leaves out one more element. @return false if the node excludes it already
+  bool exclude(BranchNode& branch, std::size_t k) const;
+  std::size_t element_count() const { return elements_.size(); }
+  /// The part of the node without the undecided elements that x hardly uses; std::nullopt if it is no leaf.
+  std::optional<BranchNode> leaf_at(const BranchNode& branch, const VectorX& x) const;
   /// The node as bounds, including what the counts of elements imply for their variables.
   VariableDomain node_domain(const BranchNode& branch) const;
   /// For each choice and element, whether one of its variables is not zero.
@@ -41,11 +48,12 @@ class BranchingRule {
 
  private:
   struct Element {
-    std::vector<int> numbers;
+    std::vector<int> numbers, own_numbers;
     std::size_t group;
   };
   bool propagate_values(BranchNode& branch) const;
   bool propagate_element(BranchNode& branch, std::size_t k) const;
+  void fix_excluded(BranchNode& branch, std::size_t k) const;
   bool propagate_counts(BranchNode& branch) const;
   int count(const BranchNode& branch, std::size_t group, BranchNode::ElementState state) const;
   /// The maximum fraction of its range that a variable of the element uses.
@@ -70,6 +78,8 @@ enum class BranchObjective {
 /// The problem within a node, without discrete values and choices.
 /// @param seconds time limit of its search
 DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds);
+/// Replaces the start values by x, within the bounds.
+void set_start(DesignProblem& problem, const VectorX& x);
 
 class NodeBounds {
  public:
@@ -138,12 +148,31 @@ class BranchAndBound {
       : problem_(problem), budget_(budget), bounds_(bounds), node_counts_(node_counts) {}
 
   BranchAndBoundResult run(const BranchingRule& branching, BranchObjective target);
+  /// The best design of a leaf; std::nullopt if no design was found, or if its figure is proved to exceed max_figure.
+  std::optional<DiscreteCandidate> solve_node(BranchNode leaf, double max_figure);
 
  private:
+  /// A leaf that may contain better designs than those found.
+  struct UnprovedLeaf {
+    BranchNode branch;  ///< with its lower bound
+    bool has_relaxation = false;
+    std::optional<DiscreteCandidate> candidate;
+    VectorX relaxed_x;  ///< nearly attains the bound; may be empty
+  };
   void process_node(const BranchingRule& branching, BranchNode branch);
-  void solve_leaf(const BranchNode& branch, double lower_bound, bool has_relaxation);
-  double leaf_bound(const BranchNode& branch, double lower_bound, const std::optional<DiscreteCandidate>& candidate,
+  bool is_pruned(double lower_bound) const;
+  bool solve_at_relaxed_solution(const BranchingRule& branching, const BranchNode& branch,
+                                 const NodeBounds::Bound& bound);
+  void solve_leaf(BranchNode branch, const NodeBounds::Bound& bound);
+  void search_unproved_leaves();
+  DesignProblem make_leaf_problem(const UnprovedLeaf& leaf) const;
+  DesignProblem make_quick_leaf_problem(const UnprovedLeaf& leaf) const;
+  std::optional<DiscreteCandidate> search_leaf(const DesignProblem& leaf_problem, UnprovedLeaf& leaf);
+  void consider(const DiscreteCandidate& candidate);
+  double leaf_bound(const BranchNode& branch, const std::optional<DiscreteCandidate>& candidate,
                     const DesignOutcome& outcome) const;
+  static bool has_closed_gap(const DiscreteCandidate& candidate, double lower_bound);
+  bool is_comparable(const std::optional<DiscreteCandidate>& candidate) const;
   std::optional<DiscreteCandidate> make_candidate(DesignOutcome outcome) const;
   bool is_done() const;
 
@@ -153,6 +182,7 @@ class BranchAndBound {
   NodeCounts& node_counts_;
   BranchObjective target_ = BranchObjective::constrained_figure;
   std::vector<BranchNode> open_;  ///< the next one is last
+  std::vector<UnprovedLeaf> unproved_leaves_;
   BranchAndBoundResult result_;
 };
 

@@ -55,10 +55,15 @@ class CaseFunction final : public DesignFunction {
  public:
   CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
                const FreeSprings& loose)
-      : space_(space), reduction_(reduction), offsets_(case_offsets(space, loose)) {
+      : space_(space),
+        reduction_(reduction),
+        term_count_(terms.size()),
+        is_range_(terms.front().size == ObjectiveTerm::Size::none && terms.front().figure == Statistic::range),
+        offsets_(case_offsets(space, loose)) {
+    MotionCache cache;
     for (std::size_t k = 0; k < space.cases.size(); ++k)
       case_objectives_.push_back(
-          build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose));
+          build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose, cache));
   }
 
   const std::vector<Objective>& case_objectives() const { return case_objectives_; }
@@ -70,6 +75,45 @@ class CaseFunction final : public DesignFunction {
   }
   double evaluate(const VectorX& at, VectorX* gradient) const override {
     return domain() == Domain::parameters ? evaluate_parameters(at, gradient) : evaluate_variables(at);
+  }
+  /// The worst of several maxima is one maximum, but the worst of sums of maxima is none.
+  bool has_max_terms() const override {
+    const bool is_single = term_count_ == 1 && !is_range_;
+    return (reduction_ == CaseReduction::mean || (reduction_ == CaseReduction::max && is_single)) &&
+           std::all_of(case_objectives_.begin(), case_objectives_.end(),
+                       [](const Objective& one) { return one.function->has_max_terms(); });
+  }
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& x) const override {
+    std::vector<MaxTerm> all;
+    for (std::size_t k = 0; k < case_objectives_.size(); ++k) {
+      std::optional<std::vector<MaxTerm>> terms = case_objectives_[k].function->max_terms(space_.values(k, x));
+      if (!terms) return std::nullopt;
+      for (MaxTerm& term : *terms) {
+        const MatrixX own = term.jacobian;
+        term.jacobian.setZero(own.rows(), x.size());
+        term.jacobian(Eigen::all, space_.variable_index[k]) = own;
+        if (reduction_ == CaseReduction::mean) term.weight /= static_cast<double>(size());
+        if (reduction_ == CaseReduction::mean || all.empty())
+          all.push_back(std::move(term));
+        else
+          append(term, all.front());
+      }
+    }
+    return all;
+  }
+  /// Of the worst case, if the cases have no common maximum.
+  std::optional<VectorX> gradient(const VectorX& x) const override {
+    if (has_max_terms()) return max_term_gradient(max_terms(x), x.size());
+    if (reduction_ == CaseReduction::mean || domain() == Domain::parameters) return std::nullopt;
+    const VectorX values = case_values(x);
+    if (!values.allFinite()) return std::nullopt;
+    const auto worst =
+        static_cast<std::size_t>(reduction_ == CaseReduction::min ? min_index(values) : max_index(values));
+    const std::optional<VectorX> own = case_objectives_[worst].function->gradient(space_.values(worst, x));
+    if (!own) return std::nullopt;
+    VectorX gradient = VectorX::Zero(x.size());
+    gradient(space_.variable_index[worst]) = *own;
+    return gradient;
   }
   std::string failure_reason(const VectorX& x) const override {
     for (std::size_t k = 0; k < case_objectives_.size(); ++k)
@@ -95,7 +139,9 @@ class CaseFunction final : public DesignFunction {
     return reduce(values);
   }
 
-  double evaluate_variables(const VectorX& x) const {
+  double evaluate_variables(const VectorX& x) const { return reduce(case_values(x)); }
+
+  VectorX case_values(const VectorX& x) const {
     VectorX values(size());
     for (std::size_t k = 0; k < case_objectives_.size(); ++k) {
       const VectorX case_values = space_.values(k, x);
@@ -105,7 +151,17 @@ class CaseFunction final : public DesignFunction {
               : case_values,
           nullptr);
     }
-    return reduce(values);
+    return values;
+  }
+
+  /// Appends the functions of one maximum to those of another of the same weight.
+  static void append(const MaxTerm& term, MaxTerm& all) {
+    VectorX values(all.values.size() + term.values.size());
+    values << all.values, term.values;
+    MatrixX jacobian(values.size(), all.jacobian.cols());
+    jacobian << all.jacobian, term.jacobian;
+    all.values = std::move(values);
+    all.jacobian = std::move(jacobian);
   }
   Eigen::Index size() const { return static_cast<Eigen::Index>(case_objectives_.size()); }
   double reduce(const VectorX& values) const {
@@ -116,6 +172,8 @@ class CaseFunction final : public DesignFunction {
 
   CaseSpace space_;
   CaseReduction reduction_;
+  std::size_t term_count_;
+  bool is_range_;  ///< of the first term: a sum of two maxima
   std::vector<CaseOffsets> offsets_;
   std::vector<Objective> case_objectives_;
 };
@@ -179,7 +237,8 @@ Objective build_reduced_objective(const CaseSpace& space, const std::vector<Obje
   objective.name = case_objectives.front().name +
                    (reduction == CaseReduction::mean ? " on average over the cases" : " in the worst case");
   objective.unit = case_objectives.front().unit;
-  objective.is_convex = all([](const Objective& one) { return one.is_convex; });
+  objective.is_convex = reduction != CaseReduction::min && all([](const Objective& one) { return one.is_convex; });
+  objective.is_concave = reduction != CaseReduction::max && all([](const Objective& one) { return one.is_concave; });
   objective.is_secondary = all([](const Objective& one) { return one.is_secondary; });
   objective.lower_bound = case_objectives.front().lower_bound;
   objective.function = std::move(function);
@@ -237,8 +296,10 @@ bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggreg
 Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
                            const VectorX& x) const {
   std::vector<std::vector<AffineFigure>> case_figures;
+  MotionCache cache;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    Figures figures = compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x));
+    Figures figures =
+        compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x), cache);
     if (!figures) return std::nullopt;
     for (AffineFigure& figure : *figures)
       figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);
@@ -256,10 +317,11 @@ std::vector<FigureLimit> CaseFigures::select_convex_limits(const std::vector<Fig
 std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits,
                                                             const VectorX& x) const {
   std::vector<ConvexLimit> all;
+  MotionCache cache;
   for (const FigureLimit& limit : limits) {
     std::vector<ConvexLimit> case_limits;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
-      auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x));
+      auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x), cache);
       if (!case_limit) return std::nullopt;
       for (AffineFigure& figure : case_limit->front().figures)
         figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);

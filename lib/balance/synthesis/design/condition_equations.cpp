@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 namespace balance::design {
@@ -116,43 +117,91 @@ NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, cons
   return equations;
 }
 
-NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& from) {
-  const Mechanism start = context.mechanism(from);
-  using Residual = std::function<bool(const VectorX&, VectorX&)>;
-  Residual residual;
-  if (context.problem.is_modular) {
-    residual = [&context, unit = parameter_scales(start, context.options.loose_springs)](const VectorX& u, VectorX& r) {
-      return project_on_row_space(context, context.mechanism(u), unit, r);
-    };
-  } else {
-    // shared_ptr because std::function must be copyable; there is only one owner
-    auto goal = std::make_shared<GoalResidual>(start, context.problem.goals, context.options);
-    residual = [&context, goal](const VectorX& u, VectorX& r) { return goal->evaluate(context.mechanism(u), r); };
+namespace {
+
+/// The residual of the goals at fixed configurations, as a function of all free numbers.
+class GeometryResidual {
+ public:
+  GeometryResidual(const SolverContext& context, const Mechanism& start) : context_(context) {
+    if (context.problem.is_modular)
+      unit_ = parameter_scales(start, context.options.loose_springs);
+    else
+      goal_.emplace(start, context.problem.goals, context.options);
   }
-  const auto evaluate_safely = [&context, residual](const VectorX& u, VectorX& r) {
+
+  /// @param jacobian rows × variables, by differences, or null
+  /// @return false if the residual cannot be evaluated
+  bool evaluate(const VectorX& u, VectorX& residual, MatrixX* jacobian) {
+    // Gauss–Newton gains seven digits per step near the end.
+    constexpr double geometry_difference_step = 1e-7;
+    if (!evaluate_at(u, residual)) return false;
+    if (jacobian == nullptr) return true;
+    jacobian->resize(residual.size(), u.size());
+    VectorX ahead;
+    // numbers that leave the rows as they are come first, as the rows are at hand
+    for (const bool is_geometric : {false, true})
+      for (Eigen::Index i = 0; i < u.size(); ++i) {
+        if (context_.classification.is_geometric[static_cast<std::size_t>(i)] != is_geometric) continue;
+        VectorX v = u;
+        v[i] += u[i] > 0 ? -geometry_difference_step : geometry_difference_step;
+        if (!evaluate_at(v, ahead) || ahead.size() != residual.size()) return false;
+        jacobian->col(i) = (ahead - residual) / (v[i] - u[i]);
+      }
+    return true;
+  }
+
+ private:
+  bool evaluate_at(const VectorX& u, VectorX& residual) {
     try {
-      return !context.budget.is_past_deadline() && residual(u, r) && r.allFinite();
+      if (context_.budget.is_past_deadline()) return false;
+      const Mechanism mechanism = context_.mechanism(u);
+      if (!goal_) return project_on_row_space(context_, mechanism, unit_, residual) && residual.allFinite();
+      if (!update_rows(u, mechanism)) return false;
+      residual = rows_ * term_values(mechanism, context_.options.loose_springs);
+      return residual.allFinite();
     } catch (const SpecError&) {
       return false;  // an expression of the spec has no value here
     }
-  };
+  }
+
+  /// The rows depend on lengths and ratios alone.
+  bool update_rows(const VectorX& u, const Mechanism& mechanism) {
+    VectorX geometry = u;
+    for (Eigen::Index i = 0; i < u.size(); ++i)
+      if (!context_.classification.is_geometric[static_cast<std::size_t>(i)]) geometry[i] = 0;
+    if (geometry_.size() > 0 && geometry == geometry_) return true;
+    geometry_.resize(0);
+    if (!goal_->rows(mechanism, rows_)) return false;
+    geometry_ = geometry;
+    return true;
+  }
+
+  const SolverContext& context_;
+  VectorX unit_;
+  std::optional<GoalResidual> goal_;
+  MatrixX rows_;      ///< residual per unit of every term
+  VectorX geometry_;  ///< at which the rows were evaluated; empty: not yet
+};
+
+}  // namespace
+
+NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& from) {
+  // shared_ptr because std::function must be copyable; there is only one owner
+  const auto residual = std::make_shared<GeometryResidual>(context, context.mechanism(from));
   VectorX first;
   NonlinearSystem equations;
-  equations.primary_rows = evaluate_safely(from, first) ? static_cast<int>(first.size()) : 0;
+  equations.primary_rows = residual->evaluate(from, first, nullptr) ? static_cast<int>(first.size()) : 0;
   equations.row_count = equations.primary_rows + context.inequality_count();
-  equations.evaluate = [&context, evaluate_safely, count = equations.primary_rows, total = equations.row_count](
+  equations.evaluate = [&context, residual, count = equations.primary_rows, total = equations.row_count](
                            const VectorX& u, VectorX& values, MatrixX* jacobian) {
-    constexpr double geometry_difference_step = 1e-7;  // Gauss–Newton gains seven digits per step near the end
-    VectorX r, ahead;
-    if (!evaluate_safely(u, r) || r.size() != count) return false;
+    VectorX r;
+    MatrixX slopes;
+    if (!residual->evaluate(u, r, jacobian != nullptr ? &slopes : nullptr) || r.size() != count) return false;
     values.resize(total);
     values.head(count) = r;
-    if (jacobian != nullptr) jacobian->resize(total, u.size());
-    for (Eigen::Index i = 0; jacobian != nullptr && i < u.size(); ++i) {
-      VectorX v = u;
-      v[i] += u[i] > 0 ? -geometry_difference_step : geometry_difference_step;
-      if (!evaluate_safely(v, ahead) || ahead.size() != count) return false;
-      jacobian->col(i).head(count) = (ahead - r) / (v[i] - u[i]);
+    if (jacobian != nullptr) {
+      jacobian->resize(total, u.size());
+      jacobian->topRows(count) = slopes;
     }
     if (context.inequality_count() > 0) append_violations(context, u, count, values, jacobian);
     return values.allFinite() && (jacobian == nullptr || jacobian->allFinite());

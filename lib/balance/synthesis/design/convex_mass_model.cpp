@@ -8,6 +8,7 @@
 #include "balance/synthesis/design/geometry_features.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -17,7 +18,7 @@ namespace balance::design {
 // Samples of points and directions.
 
 /// Maximum dimension of grids.
-inline constexpr int max_grid_dimension = 2;
+inline constexpr int max_grid_dimension = 3;
 /// A grid in the box [−1, 1]ⁿ including its boundary, as columns.
 MatrixX grid_points(int n);
 
@@ -25,10 +26,25 @@ MatrixX grid_points(int n);
 /// @param dimension 2 or 3
 MatrixX direction_samples(int dimension);
 
+/// Unit normals, as rows, of the facets of all Σ u_i edge_i with |u_i| ≤ 1, and both normals of every direction in which
+/// it is flat. No rows if the edges (columns) are not independent.
+MatrixX parallelotope_normals(const MatrixX& edges);
+
 namespace {
 
 /// Second differences below this fraction of the values are round-off.
 constexpr double nonlinearity_tolerance = 1e-9;
+
+/// The slopes of an affine function of the points; no columns if the function is not affine.
+/// @param points, values as columns
+MatrixX affine_edges(const MatrixX& points, const MatrixX& values) {
+  MatrixX basis(points.rows() + 1, points.cols());
+  basis << points, MatrixX::Ones(1, points.cols());
+  const MatrixX fit = values * basis.transpose() * (basis * basis.transpose()).inverse();
+  if (!(max_abs(values - fit * basis) <= nonlinearity_tolerance * max_abs(values))) return MatrixX(values.rows(), 0);
+  return fit.leftCols(points.rows());
+}
+
 }  // namespace
 
 ConvexMassModel::ConvexMassModel(const SolverContext& context, const VectorX& anchor,
@@ -80,34 +96,56 @@ bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base,
   return false;
 }
 
-/// The lift for a variable that moves the CoM of exactly one element and has no other effect; std::nullopt for others.
-std::optional<ConvexMassModel::FirstMomentLift> ConvexMassModel::find_lift(
-    int number, const std::vector<bool>& is_active_parameter) const {
+/// Elements some of whose mass properties the variable changes.
+std::vector<ConvexMassModel::ElementCopy> ConvexMassModel::list_moved_elements(int number) const {
   const Mechanism& mechanism = context_.classification.base_mechanism;
   const std::vector<Parameter> terms = list_terms(mechanism, context_.classification.loose_springs);
-  std::optional<FirstMomentLift> lift;
+  std::vector<ElementCopy> moved;
   for (const ElementFeatures& element : list_element_features(mechanism, context_.classification.loose_springs)) {
     if (element.bearer == ParameterOwner::spring) continue;
-    FirstMomentLift candidate;
+    ElementCopy candidate{0, element.inertia};
     for (std::size_t k = 0; k < terms.size(); ++k)
       if (terms[k].owner_kind == element.bearer && terms[k].index == element.index && terms[k].slot == 0)
         candidate.first = static_cast<int>(k);
-    const int count = dimension_ == 2 ? 4 : 10;
     bool is_moved = false;
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < count_mass_terms(); ++k)
       is_moved = is_moved || context_.classification.has_effect(number, candidate.first + k);
-    if (!is_moved) continue;
-    if (lift || context_.classification.has_effect(number, candidate.first)) return std::nullopt;
-    bool has_second_moments = false;
-    for (int k = candidate.first + 1 + dimension_; k < candidate.first + count; ++k)
-      has_second_moments = has_second_moments || is_active_parameter[static_cast<std::size_t>(k)];
-    if (has_second_moments && dimension_ == 3) return std::nullopt;
+    if (is_moved) moved.push_back(candidate);
+  }
+  return moved;
+}
+
+bool ConvexMassModel::are_copies(const ElementCopy& a, const ElementCopy& b) const {
+  const auto are_equal = [&](const VectorX& features) {
+    return is_equal_to_rounding(features.segment(a.first, count_mass_terms()),
+                                features.segment(b.first, count_mass_terms())) &&
+           is_equal_to_rounding(features.segment(a.inertia, dimension_ == 2 ? 1 : 6),
+                                features.segment(b.inertia, dimension_ == 2 ? 1 : 6));
+  };
+  const std::vector<VectorX>& perturbed = context_.classification.perturbed_features;
+  return are_equal(context_.classification.base_features) && std::all_of(perturbed.begin(), perturbed.end(), are_equal);
+}
+
+/// The lift for a variable that moves the CoM of one element, or of copies of it, and has no other effect; std::nullopt
+/// for others.
+std::optional<ConvexMassModel::FirstMomentLift> ConvexMassModel::find_lift(
+    int number, const std::vector<bool>& is_active_parameter) const {
+  FirstMomentLift lift;
+  lift.copies = list_moved_elements(number);
+  if (lift.copies.empty()) return std::nullopt;
+  bool has_second_moments = false;
+  for (const ElementCopy& element : lift.copies) {
+    if (!are_copies(element, lift.copies.front())) return std::nullopt;
+    if (context_.classification.has_effect(number, element.first)) return std::nullopt;
     for (int k = 0; k < (dimension_ == 2 ? 1 : 6); ++k)
       if (context_.classification.has_effect(number, element.inertia + k)) return std::nullopt;
-    if (has_second_moments) candidate.inertia = element.inertia;
-    candidate.numbers = {number};
-    lift = candidate;
+    for (int k = element.first + 1 + dimension_; k < element.first + count_mass_terms(); ++k)
+      has_second_moments = has_second_moments || is_active_parameter[static_cast<std::size_t>(k)];
   }
+  if (has_second_moments && dimension_ == 3) return std::nullopt;
+  lift.numbers = {number};
+  lift.first = lift.copies.front().first;
+  if (has_second_moments) lift.inertia = lift.copies.front().inertia;
   return lift;
 }
 
@@ -135,6 +173,14 @@ void ConvexMassModel::classify_variables(const VectorX& anchor, const std::vecto
     else
       known->second.numbers.push_back(i);
   }
+  // A place with a component that nothing depends on, such as a height: all of it belongs to the first moment.
+  std::erase_if(inner, [&](int i) {
+    const std::optional<FirstMomentLift> lift = find_lift(i, is_active_parameter);
+    const auto known = lift ? lifts.find(lift->first) : lifts.end();
+    if (known == lifts.end()) return false;
+    known->second.numbers.push_back(i);
+    return true;
+  });
   for (auto& [first, lift] : lifts) {
     if (sample_com_positions(lift, anchor))
       lifts_.push_back(lift);
@@ -184,7 +230,8 @@ bool ConvexMassModel::sample_com_positions(FirstMomentLift& lift, const VectorX&
   lift.radius = max_abs(lift.com_samples.colwise().norm());
   if (!((com_position(lift, other) - lift.com_samples.col(0)).norm() < 1e-9 * lift.radius)) return false;
   lift.variable_samples = points;
-  lift.directions = direction_samples(dimension_);
+  lift.directions = parallelotope_normals(affine_edges(points, lift.com_samples));
+  if (lift.directions.rows() == 0) lift.directions = direction_samples(dimension_);
   lift.support = row_maxima(lift.directions * lift.com_samples);
   lift.mass = std::max(std::abs(features(context_.classification.base)[lift.first]), 1e-12);
   return true;
@@ -214,7 +261,8 @@ std::optional<AffineTerms> ConvexMassModel::evaluate(const VectorX& u) const {
   MatrixX dg;
   context_.physical_constraints.evaluate(zero, &slopes, g, &dg);
   for (Eigen::Index k = 0; k < g.size(); ++k) rows.add_inequalities(VectorX(-dg.row(k).transpose()), g[k]);
-  for (const FirstMomentLift& lift : lifts_) write_lift_rows(lift, zero, slopes, terms);
+  for (const FirstMomentLift& lift : lifts_)
+    for (const ElementCopy& element : lift.copies) write_lift_rows(lift, element, zero, slopes, terms);
   for (const FirstMomentLift& lift : lifts_) add_lift_cones(lift, terms, zero, slopes, rows);
   terms.constraints = rows.build(VectorX::Zero(unknowns_));
   return terms;
@@ -241,19 +289,19 @@ std::vector<Eigen::Index> ConvexMassModel::list_massless_unknowns(const AffineTe
 }
 
 /// Expresses first moment and inertia of the element by its own unknowns, in units of mass · radius and mass · radius².
-void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const VectorX& zero, const MatrixX& slopes,
-                                      AffineTerms& terms) const {
+void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const ElementCopy& element, const VectorX& zero,
+                                      const MatrixX& slopes, AffineTerms& terms) const {
   for (int d = 0; d < dimension_; ++d) {
-    const int row = lift.first + 1 + d;
+    const int row = element.first + 1 + d;
     terms.matrix.row(row).setZero();
     terms.matrix(row, lift.unknown + d) = lift.mass * lift.radius;
     terms.constant[row] = 0;
   }
   if (lift.inertia < 0) return;
-  const int row = lift.first + 1 + dimension_;
-  terms.matrix.row(row) = slopes.row(lift.inertia);
+  const int row = element.first + 1 + dimension_;
+  terms.matrix.row(row) = slopes.row(element.inertia);
   terms.matrix(row, lift.unknown + dimension_) = lift.mass * lift.radius * lift.radius;
-  terms.constant[row] = zero[lift.inertia];
+  terms.constant[row] = zero[element.inertia];
 }
 
 /// Constrains h to the cone over all positions, and the contribution q to the inertia to |h|²/m ≤ q ≤ m r².
@@ -318,20 +366,40 @@ VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unkn
 
 namespace {
 
-/// Grid points per dimension.
-constexpr int grid_points_1d = 65, grid_points_2d = 17;
+/// Grid points per axis in one, two and three dimensions.
+constexpr std::array<int, max_grid_dimension> grid_points_per_axis = {65, 17, 9};
+/// Smallest ratio of singular values of independent edges.
+constexpr double edge_rank_tolerance = 1e-6;
 
 }  // namespace
 
 MatrixX grid_points(int n) {
-  const int points_per_axis = n == 1 ? grid_points_1d : grid_points_2d;
-  const auto coordinate = [&](int k) { return -1 + 2.0 * k / (points_per_axis - 1); };
-  MatrixX points(n, n == 1 ? points_per_axis : points_per_axis * points_per_axis);
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    points(0, k) = coordinate(static_cast<int>(k) % points_per_axis);
-    if (n == 2) points(1, k) = coordinate(static_cast<int>(k) / points_per_axis);
+  const int points_per_axis = grid_points_per_axis[static_cast<std::size_t>(n - 1)];
+  Eigen::Index count = 1;
+  for (int i = 0; i < n; ++i) count *= points_per_axis;
+  MatrixX points(n, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    Eigen::Index rest = k;
+    for (int i = 0; i < n; ++i, rest /= points_per_axis)
+      points(i, k) = -1 + 2.0 * static_cast<double>(rest % points_per_axis) / (points_per_axis - 1);
   }
   return points;
+}
+
+MatrixX parallelotope_normals(const MatrixX& edges) {
+  const Eigen::Index dimension = edges.rows(), n = edges.cols();
+  if (n == 0 || n > dimension) return MatrixX(0, dimension);
+  const SingularValueDecomposition svd(edges, Eigen::ComputeFullU | Eigen::ComputeThinV);
+  const VectorX& s = svd.singularValues();
+  if (!(s[n - 1] > edge_rank_tolerance * s[0])) return MatrixX(0, dimension);
+  MatrixX normals(dimension, dimension);
+  normals.topRows(n) =
+      svd.matrixV() * s.cwiseInverse().asDiagonal() * svd.matrixU().leftCols(n).transpose();  // the pseudoinverse
+  normals.topRows(n).rowwise().normalize();
+  normals.bottomRows(dimension - n) = svd.matrixU().rightCols(dimension - n).transpose();
+  MatrixX both(2 * dimension, dimension);
+  both << normals, -normals;
+  return both;
 }
 
 MatrixX direction_samples(int dimension) {

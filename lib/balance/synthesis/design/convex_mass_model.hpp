@@ -38,30 +38,40 @@ class ConvexMassModel {
   VectorX recover_variables(const VectorX& u, const VectorX& unknowns) const;
 
  private:
+  /// An element, or the same one in another load case: with the same mass, place and inertia for all values of the
+  /// variables.
+  struct ElementCopy {
+    int first = 0;     ///< index of its mass among the terms; the first moment follows
+    int inertia = -1;  ///< feature of the moment of inertia about the CoM
+  };
   /// An element whose first moment is an unknown.
   struct FirstMomentLift {
     std::vector<int> numbers;
-    int first = 0;             ///< index of its mass among the terms; the first moment follows
-    int inertia = -1;          ///< feature of the planar moment of inertia about the CoM, if relevant
-    int unknown = 0;           ///< first of its unknowns
-    double radius = 0;         ///< maximum of |c|
-    double mass = 0;           ///< a typical value
-    MatrixX directions;        ///< K × dimension
-    VectorX support;           ///< maximum of direction · c
-    MatrixX com_samples;       ///< dimension × samples: c
-    MatrixX variable_samples;  ///< variables × samples
+    std::vector<ElementCopy> copies;  ///< at least one
+    int first = 0;                    ///< index of its mass among the terms; the first moment follows
+    int inertia = -1;                 ///< feature of the planar moment of inertia about the CoM, if relevant
+    int unknown = 0;                  ///< first of its unknowns
+    double radius = 0;                ///< maximum of |c|
+    double mass = 0;                  ///< a typical value
+    MatrixX directions;               ///< K × dimension
+    VectorX support;                  ///< maximum of direction · c
+    MatrixX com_samples;              ///< dimension × samples: c
+    MatrixX variable_samples;         ///< variables × samples
   };
   VectorX features(const VectorX& u) const;
   void classify_variables(const VectorX& anchor, const std::vector<bool>& is_active_parameter);
   void move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& is_active_parameter);
   bool is_nonlinear(int i, int j, const VectorX& base, const std::vector<bool>& is_active_parameter) const;
+  Eigen::Index count_mass_terms() const { return dimension_ == 2 ? 4 : 10; }
+  bool are_copies(const ElementCopy& a, const ElementCopy& b) const;
+  std::vector<ElementCopy> list_moved_elements(int number) const;
   std::optional<FirstMomentLift> find_lift(int number, const std::vector<bool>& is_active_parameter) const;
   bool sample_com_positions(FirstMomentLift& lift, const VectorX& anchor) const;
   VectorX com_position(const FirstMomentLift& lift, const VectorX& u) const;
   void add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& at_zero,
                       const MatrixX& slopes, ConeProgramBuilder& rows) const;
-  void write_lift_rows(const FirstMomentLift& lift, const VectorX& at_zero, const MatrixX& slopes,
-                       AffineTerms& terms) const;
+  void write_lift_rows(const FirstMomentLift& lift, const ElementCopy& element, const VectorX& at_zero,
+                       const MatrixX& slopes, AffineTerms& terms) const;
 
   const SolverContext& context_;
   int dimension_;

@@ -51,6 +51,7 @@ struct Objective {
   std::string unit;
   std::shared_ptr<const DesignFunction> function;
   bool is_convex = false;     ///< whether it is a convex function of the parameters
+  bool is_concave = false;    ///< whether it is a concave function of the parameters
   bool is_secondary = false;  ///< a property of the design (added mass) and not of its motion, minimal if nothing is
                               ///< balanced; a compromise then first minimises the residual of the conditions
   bool is_constant = false;   ///< for all values of the parameters
@@ -67,7 +68,7 @@ struct DesignLimit {
   double bound = 0;       ///< [SI]
 };
 
-/// Σ figures ≤ bound, for figures that are functions of the parameters.
+/// Σ figures ≤ bound, for figures that are functions of the parameters; a lower limit has both signs reversed.
 struct ConvexLimit {
   std::vector<AffineFigure> figures;
   double bound = 0;  ///< [SI]

@@ -23,7 +23,8 @@ struct DesignVariable {
 /// An element that a design may leave out. Its mass, inertia and stiffness vanish if these variables are zero.
 struct OptionalElement {
   std::string name;
-  std::vector<int> variables;  ///< indices into the variables
+  std::vector<int> variables;           ///< indices into the variables
+  std::vector<int> own_variables = {};  ///< others that have no effect if the element is left out, such as its place
 };
 
 /// A limit on the number of elements of one kind that a design keeps.
@@ -50,8 +51,12 @@ struct DesignProblem {
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
   /// Solve with few starts and without proofs, as one of many problems.
   bool is_subproblem = false;
+  /// Search once, without asking whether independent starts agree: for one of several designs.
+  bool is_single_pass = false;
   std::optional<Objective> objective;  ///< minimised among exact solutions; also judges compromises
   std::vector<DesignLimit> limits;     ///< all must hold
+  /// Proved lower bound of the objective among the exact solutions within the limits. A search that reaches it ends.
+  double proved_lower_bound = -std::numeric_limits<double>::infinity();
   /// If set, the objective is the maximum violation of the model's convex limits relative to their bounds (or to 1, if
   /// a bound is zero), but at least this value.
   std::optional<double> violation_floor;

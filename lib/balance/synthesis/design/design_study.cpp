@@ -6,6 +6,7 @@
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/com_tool_map.hpp"
 #include "balance/synthesis/conditions/modular_conditions.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/load_case_study.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/optional_elements.hpp"
@@ -51,7 +52,7 @@ class SpecDesignModel final : public DesignModel {
 
   Capabilities capabilities() const override { return capabilities_; }
   Mechanism build_mechanism(const VectorX& x) const override {
-    return assembled_at(instantiate_checked(space_, x).mechanism, required_motions_.start_coordinates());
+    return required_motions_.assembled_mechanism(instantiate_checked(space_, x), space_.assembly_mode != nullptr);
   }
   std::string invalidity_reason(const VectorX& x) const override {
     return find_validation_issue(instantiate_checked(space_, x).mechanism);
@@ -65,10 +66,12 @@ class SpecDesignModel final : public DesignModel {
                        : balance::derive_conditions(mechanism, goals, options);
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    return compute_convex_terms(space_, terms_, loose_, sampling, x);
+    MotionCache cache;
+    return compute_convex_terms(space_, terms_, loose_, sampling, x, cache);
   }
   std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return compute_convex_limits(space_, convex_limits_, loose_, x);
+    MotionCache cache;
+    return compute_convex_limits(space_, convex_limits_, loose_, x, cache);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {
@@ -105,6 +108,7 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;
   problem.is_modular = options.is_modular;
   problem.search = options.search;
+  problem.is_single_pass = options.is_single_pass;
   problem.on_progress = options.on_progress;
   problem.options.excluded = options.excluded;
   problem.options.loose_springs = find_loose_springs(problem);
@@ -228,10 +232,11 @@ class InterruptMonitor {
   std::optional<double> interrupt_time_;
 };
 
-DesignReport compute_design_report(const DesignSpace& space, const DesignStudyOptions& options) {
-  if (space.start.design.front && options.minimize.empty())
+DesignReport compute_design_report(const DesignSpace& spec_space, const DesignStudyOptions& options) {
+  if (spec_space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
         "front: a trade-off has many designs, not one; choose a figure to minimize to get one design");
+  const DesignSpace space = follow_assembly_mode(spec_space);
   DesignReport report;
   report.free_numbers = space.start.free_numbers;
   report.before = space.start_values();

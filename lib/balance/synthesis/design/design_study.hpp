@@ -59,6 +59,7 @@ struct DesignStudyOptions {
   std::vector<std::string> excluded;    ///< elements that the goals ignore (ConditionOptions)
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
   SearchOptions search;
+  bool is_single_pass = false;                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
   bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
 };

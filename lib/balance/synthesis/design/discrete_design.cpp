@@ -27,6 +27,8 @@ constexpr double unlimited_seconds = 1e9;
 constexpr long max_unbounded_combinations = 2000;
 /// Number of combinations along a known motion that take as long as a motion.
 constexpr long max_cheap_combinations_factor = 50;
+/// Relative difference below which two figures count as equal.
+constexpr double equal_figure_tolerance = 1e-9;
 
 /// A model whose conditions do not depend on the free numbers and are derived only once.
 class SharedConditionsModel final : public DesignModelDecorator {
@@ -88,9 +90,9 @@ class DiscreteDesign {
     const long max_combinations = is_cheap ? max_cheap_combinations_factor * max_motions : max_motions;
     const long combinations = count_combinations(problem_, all, max_combinations + 1);
     if (combinations > max_unbounded_combinations && has_bounded_figure()) return {};
-    const bool can_try_all = combinations <= max_combinations &&
-                             (!has_motion_per_length ||
-                              count_combinations(problem_, lengths, max_motions + 1) <= max_motions);
+    const bool can_try_all =
+        combinations <= max_combinations &&
+        (!has_motion_per_length || count_combinations(problem_, lengths, max_motions + 1) <= max_motions);
     return can_try_all ? try_all_sizes(problem_, budget_) : exchange_sizes(problem_, budget_, max_combinations);
   }
 
@@ -210,30 +212,33 @@ class DiscreteDesign {
     return solve_design(restrict_to_node(problem_, point, unlimited_seconds));
   }
 
-  /// Solves for the best design again, to obtain its full outcome.
-  DesignOutcome solve_incumbent_again(const DiscreteCandidate& design) {
-    if (combinations_) return complete_outcome(design.outcome);
-    BranchNode branch;
-    branch.lower = branch.upper = design.outcome.x;
-    for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      const bool is_fixed =
-          !problem_.variables[i].discrete_values.empty() || is_excluded(design.outcome.x, static_cast<int>(i));
-      if (is_fixed) continue;
-      branch.lower[k] = problem_.variables[i].lower;
-      branch.upper[k] = problem_.variables[i].upper;
+  /// Among designs with the same figure, those with fewer elements are better.
+  void drop_useless_elements(DiscreteCandidate& design) {
+    if (!problem_.objective || combinations_) return;
+    const BranchingRule branching(problem_, 0);
+    for (std::size_t k = 0; k < branching.element_count() && !budget_.is_spent(); ++k) {
+      BranchNode node = branching.node_of(design.outcome.x);
+      if (!branching.exclude(node, k)) continue;
+      std::optional<DiscreteCandidate> smaller = search_.solve_node(std::move(node), equal_figure_bound(design.value));
+      if (!smaller || smaller->rank != Rank::exact || smaller->value > equal_figure_bound(design.value)) continue;
+      design = std::move(*smaller);
     }
-    DesignProblem restricted =
-        restrict_to_node(problem_, branch, std::max(min_final_search_seconds, budget_.remaining_time()));
-    for (std::size_t i = 0; i < restricted.variables.size(); ++i)
-      restricted.variables[i].start = std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)],
-                                                 restricted.variables[i].lower, restricted.variables[i].upper);
+  }
+  static double equal_figure_bound(double value) { return value + equal_figure_tolerance * std::abs(value); }
+
+  /// Solves for the best design again, to obtain its full outcome.
+  /// @param lower_bound of the figure, minus infinity if unknown
+  DesignOutcome solve_incumbent_again(const DiscreteCandidate& design, double lower_bound) {
+    if (combinations_) return complete_outcome(design.outcome);
+    DesignProblem restricted = restrict_to_node(problem_, BranchingRule(problem_, 0).node_of(design.outcome.x),
+                                                std::max(min_final_search_seconds, budget_.remaining_time()));
+    set_start(restricted, design.outcome.x);
+    restricted.proved_lower_bound = lower_bound;
     DesignOutcome outcome = solve_design(restricted);
     const bool worse = outcome.status != design.outcome.status ||
                        !(outcome.within_limits == design.outcome.within_limits) ||
-                       (problem_.objective && outcome.objective > design.outcome.objective);
+                       (problem_.objective && outcome.objective > equal_figure_bound(design.outcome.objective));
     if (worse) outcome = design.outcome;
-    remove_fixed_variables(restricted, outcome.solution_set);
     return complete_outcome(std::move(outcome));
   }
 
@@ -249,9 +254,8 @@ class DiscreteDesign {
 
   void complete_conditions(DesignOutcome& outcome) {
     const SolverContext& context = full_context();
-    const Conditions at_start = context.classification.has_geometric()
-                                    ? context.conditions_at(context.scaling.start())
-                                    : outcome.conditions;
+    const Conditions at_start =
+        context.classification.has_geometric() ? context.conditions_at(context.scaling.start()) : outcome.conditions;
     const bool has_same_pivots =
         at_start.status == ConditionsStatus::done && at_start.pivots == outcome.conditions.pivots;
     outcome.residuals_before =
@@ -259,9 +263,8 @@ class DiscreteDesign {
                          term_values(context.mechanism(context.scaling.start()), context.options.loose_springs));
     outcome.condition_variables =
         find_condition_variables(context, outcome.conditions, context.scaling.to_unit(outcome.x));
-    std::erase_if(outcome.unmet_fixed_conditions, [&](int row) {
-      return !outcome.condition_variables[static_cast<std::size_t>(row)].empty();
-    });
+    std::erase_if(outcome.unmet_fixed_conditions,
+                  [&](int row) { return !outcome.condition_variables[static_cast<std::size_t>(row)].empty(); });
     const bool has_variables = std::any_of(outcome.condition_variables.begin(), outcome.condition_variables.end(),
                                            [](const std::vector<int>& variables) { return !variables.empty(); });
     if (!has_variables) return;
@@ -276,35 +279,11 @@ class DiscreteDesign {
     return *full_context_;
   }
 
-  /// Removes fixed variables, which do not count as freedom.
-  static void remove_fixed_variables(const DesignProblem& problem, SolutionSet& solution_set) {
-    const auto is_fixed = [&](int i) {
-      const DesignVariable& variable = problem.variables[static_cast<std::size_t>(i)];
-      return variable.lower == variable.upper;
-    };
-    const int count = static_cast<int>(
-        std::count_if(solution_set.free_variables.begin(), solution_set.free_variables.end(), is_fixed));
-    std::erase_if(solution_set.free_variables, is_fixed);
-    if (solution_set.dimension >= 0) solution_set.dimension = std::max(0, solution_set.dimension - count);
-    if (solution_set.optimal_dimension >= 0)
-      solution_set.optimal_dimension = std::max(0, solution_set.optimal_dimension - count);
-  }
-
   VectorX start_values() const {
     VectorX start(static_cast<Eigen::Index>(problem_.variables.size()));
     for (std::size_t i = 0; i < problem_.variables.size(); ++i)
       start[static_cast<Eigen::Index>(i)] = problem_.variables[i].start;
     return start;
-  }
-
-  bool is_excluded(const VectorX& x, int number) const {
-    const auto kept = BranchingRule(problem_, 0).kept_elements(x);
-    for (std::size_t c = 0; c < problem_.cardinality_constraints.size(); ++c)
-      for (std::size_t k = 0; k < problem_.cardinality_constraints[c].elements.size(); ++k) {
-        const std::vector<int>& numbers = problem_.cardinality_constraints[c].elements[k].variables;
-        if (!kept[c][k] && std::find(numbers.begin(), numbers.end(), number) != numbers.end()) return true;
-      }
-    return false;
   }
 
   std::string search_summary() const {
@@ -343,7 +322,8 @@ class DiscreteDesign {
   }
 
   DesignOutcome make_exact_outcome(BranchAndBoundResult result) {
-    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
+    drop_useless_elements(*result.incumbent);
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent, result.lower_bound);
     const double value = problem_.objective ? outcome.objective : 0;
     const double bound = std::min(result.lower_bound, value);
     const bool proved = problem_.objective && bound >= value - relative_gap_tolerance * std::abs(value);
@@ -356,7 +336,7 @@ class DiscreteDesign {
   DesignOutcome make_compromise_outcome(BranchAndBoundResult result, bool is_proved_infeasible,
                                         std::string explanation) {
     const bool violates_limits = result.incumbent->rank == Rank::limits_violated;
-    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent, -std::numeric_limits<double>::infinity());
     if (problem_.goals.empty() && !violates_limits) return make_exact_outcome(std::move(result));
     const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
     const bool proved =
@@ -378,12 +358,12 @@ class DiscreteDesign {
   /// Why the limits are violated.
   std::string violation_reason(bool is_proved_infeasible, const DesignOutcome& outcome) const {
     const std::string what = problem_.cardinality_constraints.empty() ? "sizes" : "sizes and elements";
-    return fmt::format("{} keeps all limits{}: {}{}",
-                       is_proved_infeasible ? "no combination of " + what
-                                            : "no combination of " + what + " was found that",
-                       problem_.goals.empty() ? "" : " and meets the conditions",
-                       describe_worst_limit(problem_.limits, outcome.limits),
-                       combinations_ && combinations_->is_exhausted ? ", the least possible for the worst limit" : "");
+    return fmt::format(
+        "{} keeps all limits{}: {}{}",
+        is_proved_infeasible ? "no combination of " + what : "no combination of " + what + " was found that",
+        problem_.goals.empty() ? "" : " and meets the conditions",
+        describe_worst_limit(problem_.limits, outcome.limits),
+        combinations_ && combinations_->is_exhausted ? ", the least possible for the worst limit" : "");
   }
 
   std::string reason(bool is_proved_infeasible, std::string explanation, DesignOutcome& outcome) {

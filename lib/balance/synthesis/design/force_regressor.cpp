@@ -1,7 +1,10 @@
 #include "balance/synthesis/design/force_regressor.hpp"
 
 #include "balance/mechanics/dynamics/external_forces.hpp"
+#include "balance/mechanics/dynamics/sample_quantities.hpp"
+#include "balance/mechanics/model/landmark.hpp"
 #include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 
 #include <algorithm>
 
@@ -46,14 +49,24 @@ ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const Tree<S>& tre
       loads_(loads_mechanism_, tree),
       springs_(mechanism, tree, loose),
       actuation_(mechanism, tree, freedoms),
-      wrenches_(tree.nodes.size()) {}
+      wrenches_(tree.nodes.size()) {
+  reactions_.constraint_force.setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
+}
 
 template <class S>
 bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+  if (!evaluate_vector(stepper, quantity, rows)) return false;
+  if (quantity.component) rows = MatrixX(rows.row(*quantity.component));
+  return true;
+}
+
+template <class S>
+bool ForceRegressor<S>::evaluate_vector(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   using Kind = CostQuantity::Kind;
   if (quantity.of_actuators()) return torque(stepper, quantity, rows);
+  if (quantity.of_joints()) return joint_reaction(stepper, quantity, rows);
   if (quantity.kind == Kind::ground_force || quantity.kind == Kind::ground_moment) {
-    ground_reaction(stepper, quantity.kind == Kind::ground_moment, rows);
+    ground_reaction(stepper, quantity, rows);
     return true;
   }
   rows.setZero(quantity.kind == Kind::kinetic_energy  ? 1
@@ -65,7 +78,7 @@ bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const CostQuantity& 
     return true;
   }
   InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
-  if (quantity.kind == Kind::shaking_moment) shift_moment_point(momentum.force, momentum.moment);
+  if (quantity.kind == Kind::shaking_moment) shift_moment_point(quantity, momentum.force, momentum.moment);
   rows.leftCols(inertial_) = quantity.kind == Kind::shaking_force ? momentum.force : momentum.moment;
   return true;
 }
@@ -77,15 +90,21 @@ InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepp
   return balance::compute_regressor(tree_, stepper.state());
 }
 
-/// u = E (Y π + torques of springs, loads and friction). Power: multiplied by the actuator's rate.
+/// The tree's generalised forces: Y π + torques of springs, loads and friction.
 template <class S>
-bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
-  if (!actuation_.project(stepper.equations(), projection_)) return false;
+void ForceRegressor<S>::evaluate_generalised_forces(MotionStepper<S>& stepper) {
   tau_.resize(tree_.columns, columns());
   tau_.leftCols(inertial_) = compute_regressor(stepper, -gravity_).torque;
   springs_.evaluate(stepper.state(), stepper.y(), tau_.middleCols(inertial_, springs_.count()));
   constant_torque(stepper, tau_.rightCols(1).col(0));
-  const Eigen::Index first = quantity.actuator.value_or(0), count = quantity.actuator ? 1 : projection_.rows();
+}
+
+/// u = E τ. Power: multiplied by the actuator's rate.
+template <class S>
+bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+  if (!actuation_.project(stepper.equations(), projection_)) return false;
+  evaluate_generalised_forces(stepper);
+  const Eigen::Index first = quantity.member.value_or(0), count = quantity.member ? 1 : projection_.rows();
   rows.noalias() = projection_.middleRows(first, count) * tau_;
   if (quantity.kind == CostQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
@@ -110,19 +129,95 @@ void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<Ve
     add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
+/// The reactions that wrenches on the nodes cause without loops, and those that closures have exerted already.
+/// @param wrenches minus the wrenches on the nodes; overwritten
+template <class S>
+VectorX ForceRegressor<S>::read_reactions(const TreeState<S>& state, const CostQuantity& quantity,
+                                          std::vector<Wrench<S>>& wrenches) {
+  VectorX unused(tree_.columns);
+  compute_wrench_forces(tree_, state, wrenches, unused.data());
+  compute_joint_reactions(mechanism_, tree_, state, wrenches, reactions_);
+  const bool is_force = quantity.kind == CostQuantity::Kind::joint_force;
+  const std::vector<Vector3>& all = is_force ? reactions_.joint_force : reactions_.joint_moment;
+  const int width = is_force ? S::dimension : S::angular_dimension;
+  const int first = quantity.member.value_or(0), count = quantity.member ? 1 : static_cast<int>(all.size());
+  VectorX values(count * width);
+  for (int j = 0; j < count; ++j)
+    for (int i = 0; i < width; ++i)
+      values[j * width + i] = all[static_cast<std::size_t>(first + j)][width == 1 ? 2 : i];
+  return values;
+}
+
+/// The reactions per unit multiplier of each closure row.
+template <class S>
+MatrixX ForceRegressor<S>::multiplier_reactions(MotionStepper<S>& stepper, const CostQuantity& quantity) {
+  MatrixX reactions;
+  std::vector<double> multipliers(static_cast<std::size_t>(tree_.closure_rows), 0);
+  for (std::size_t r = 0; r < multipliers.size(); ++r) {
+    for (auto& wrench : wrenches_) wrench = {};
+    reactions_.joint_force.assign(mechanism_.joints.size(), Vector3::Zero());
+    reactions_.joint_moment = reactions_.joint_force;
+    multipliers[r] = 1;
+    add_closure_wrenches(tree_, stepper.state(), multipliers, wrenches_, reactions_);
+    multipliers[r] = 0;
+    const VectorX column = read_reactions(stepper.state(), quantity, wrenches_);
+    if (r == 0) reactions.resize(column.size(), tree_.closure_rows);
+    reactions.col(static_cast<Eigen::Index>(r)) = column;
+  }
+  return reactions;
+}
+
+/// Reactions without loops, plus those of the closures' multipliers, which are a matrix times the generalised forces. In
+/// over-constrained loops they are the multipliers of least norm, a linear function of the generalised forces as well.
+template <class S>
+bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+  evaluate_generalised_forces(stepper);
+  const TreeState<S>& state = stepper.state();
+  const auto read = [&](std::vector<Wrench<S>>& wrenches) {
+    reactions_.joint_force.assign(mechanism_.joints.size(), Vector3::Zero());
+    reactions_.joint_moment = reactions_.joint_force;
+    return read_reactions(state, quantity, wrenches);
+  };
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  loads_.subtract(state, stepper.time(), wrenches_, total, loads);
+  const VectorX constant = read(wrenches_);
+  rows.setZero(constant.size(), columns());
+  rows.rightCols(1) = constant;
+  const std::vector<Wrench<S>> unit_wrenches = compute_unit_wrenches(tree_, state);
+  for (std::size_t p = 0; p < unit_wrenches.size(); ++p) {
+    const NodeId node = tree_.mass_elements[p / S::inertial_parameter_count].frame.node;
+    if (node == 0) continue;
+    for (auto& wrench : wrenches_) wrench = {};
+    wrenches_[node] = unit_wrenches[p];
+    rows.col(static_cast<Eigen::Index>(p)) = read(wrenches_);
+  }
+  springs_.evaluate(state, read, rows.middleCols(inertial_, springs_.count()));
+  if (tree_.closure_rows == 0) return true;
+  MatrixX multipliers(tree_.closure_rows, tree_.columns);
+  for (int c = 0; c < tree_.columns; ++c) {
+    const VectorX unit = VectorX::Unit(tree_.columns, c);
+    if (!actuation_.solve(stepper.equations(), unit.data())) return false;
+    multipliers.col(c) = Eigen::Map<const VectorX>(actuation_.multipliers().data(), tree_.closure_rows);
+  }
+  rows += multiplier_reactions(stepper, quantity) * multipliers * tau_;
+  return true;
+}
+
 /// Shifts moments from the origin of the world to the moment reference point.
 template <class S>
-void ForceRegressor<S>::shift_moment_point(const MatrixX& force, MatrixX& moment) const {
+void ForceRegressor<S>::shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const {
+  const typename S::Vector about = quantity.about ? to_vector<S>(*quantity.about) : about_;
   for (Eigen::Index p = 0; p < force.cols(); ++p) {
     const typename S::Vector f = force.col(p);
-    const Vector3 shift = angular_to_3d(cross(about_, f));
+    const Vector3 shift = angular_to_3d(cross(about, f));
     for (int i = 0; i < S::angular_dimension; ++i) moment(i, p) -= shift[S::angular_dimension == 1 ? 2 : i];
   }
 }
 
 /// Force or moment on the ground: weight and loads minus the rate of momentum.
 template <class S>
-void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, bool moment, MatrixX& rows) {
+void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
   MatrixX force = MatrixX::Zero(S::dimension, columns());
   force.leftCols(inertial_) = -exerted.force;
@@ -130,7 +225,7 @@ void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, bool moment, 
   Wrench<S> total, loads;
   loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
   force.rightCols(1) = loads.force;
-  if (!moment) {
+  if (quantity.kind == CostQuantity::Kind::ground_force) {
     rows = force;
     return;
   }
@@ -139,7 +234,7 @@ void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, bool moment, 
   const Vector3 load_moment = angular_to_3d(loads.moment);
   for (int i = 0; i < S::angular_dimension; ++i)
     rows(i, columns() - 1) = load_moment[S::angular_dimension == 1 ? 2 : i];
-  shift_moment_point(force, rows);
+  shift_moment_point(quantity, force, rows);
 }
 
 template <class S>
@@ -160,39 +255,93 @@ void ForceRegressor<S>::kinetic_energy(const TreeState<S>& state, MatrixX& rows)
 template class ForceRegressor<Planar>;
 template class ForceRegressor<Spatial>;
 
-std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
+namespace {
+
+std::optional<CostQuantity> find_actuator_quantity(const Mechanism& mechanism, const std::string& name) {
+  const CostQuantity::Kind kind =
+      effort_array_name(name) == "power" ? CostQuantity::Kind::power : CostQuantity::Kind::torque;
+  const std::vector<CoordinateId>& actuators = mechanism.actuators;
+  const auto kind_of = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
+  const std::size_t bracket = name.find('[');
+  if (bracket == std::string::npos) {  // the maximum over actuators requires equal units
+    const bool has_equal_kinds = std::all_of(actuators.begin(), actuators.end(), [&](int c) {
+      return kind == CostQuantity::Kind::power || kind_of(c) == kind_of(actuators[0]);
+    });
+    return has_equal_kinds && !actuators.empty() ? std::optional(CostQuantity{.kind = kind}) : std::nullopt;
+  }
+  for (std::size_t a = 0; a < actuators.size(); ++a)
+    if (name.substr(bracket) == "[" + mechanism.coordinates[actuators[a]].name + "]")
+      return CostQuantity{.kind = kind, .member = static_cast<int>(a)};
+  return std::nullopt;
+}
+
+/// A quantity without component or point.
+std::optional<CostQuantity> find_whole_quantity(const Mechanism& mechanism, const std::string& name) {
   using Kind = CostQuantity::Kind;
   if (name == "total_torque" && mechanism.actuators.size() > 1) {
-    std::optional<CostQuantity> all = find_cost_quantity(mechanism, "torque");
+    std::optional<CostQuantity> all = find_actuator_quantity(mechanism, "torque");
     if (all) all->is_combined = true;
     return all;
   }
-  const std::size_t bracket = name.find('[');
-  const std::string stem = effort_array_name(name);
-  if (stem == "torque" || stem == "power") {
-    CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
-    const std::vector<CoordinateId>& actuators = mechanism.actuators;
-    const auto kind = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
-    if (bracket == std::string::npos) {  // the maximum over actuators requires equal units
-      const bool has_equal_kinds = std::all_of(actuators.begin(), actuators.end(),
-                                               [&](int c) { return stem == "power" || kind(c) == kind(actuators[0]); });
-      return has_equal_kinds && !actuators.empty() ? std::optional(quantity) : std::nullopt;
+  if (const std::string stem = effort_array_name(name); stem == "torque" || stem == "power")
+    return find_actuator_quantity(mechanism, name);
+  constexpr std::pair<const char*, Kind> named_cost_quantities[] = {
+      {"shaking_force", Kind::shaking_force},  {"shaking_moment", Kind::shaking_moment},
+      {"ground_force", Kind::ground_force},    {"ground_moment", Kind::ground_moment},
+      {"joint_force", Kind::joint_force},      {"joint_moment", Kind::joint_moment},
+      {"kinetic_energy", Kind::kinetic_energy}};
+  for (const auto& [text, kind] : named_cost_quantities) {
+    CostQuantity quantity{.kind = kind};
+    if (name == text) return quantity;
+    for (std::size_t j = 0; quantity.of_joints() && j < mechanism.joints.size(); ++j) {
+      if (name != std::string(text) + "[" + mechanism.joints[j].name + "]") continue;
+      quantity.member = static_cast<int>(j);
+      return quantity;
     }
-    for (std::size_t a = 0; a < actuators.size(); ++a)
-      if (name.substr(bracket) == "[" + mechanism.coordinates[actuators[a]].name + "]") {
-        quantity.actuator = static_cast<int>(a);
-        return quantity;
-      }
-    return std::nullopt;
   }
-  constexpr std::pair<const char*, Kind> named_cost_quantities[] = {{"shaking_force", Kind::shaking_force},
-                                                                    {"shaking_moment", Kind::shaking_moment},
-                                                                    {"ground_force", Kind::ground_force},
-                                                                    {"ground_moment", Kind::ground_moment},
-                                                                    {"kinetic_energy", Kind::kinetic_energy}};
-  for (const auto& [text, kind] : named_cost_quantities)
-    if (name == text) return CostQuantity{kind, {}};
   return std::nullopt;
+}
+
+/// Names of the components of a vector; empty for a scalar.
+std::vector<std::string> list_components(const Mechanism& mechanism, const CostQuantity& quantity) {
+  using Kind = CostQuantity::Kind;
+  const bool is_planar = mechanism.space == SpaceKind::planar;
+  switch (quantity.kind) {
+    case Kind::torque:
+    case Kind::power:
+    case Kind::kinetic_energy: return {};
+    case Kind::shaking_force:
+    case Kind::ground_force:
+    case Kind::joint_force: return axis_labels(is_planar ? 2 : 3);
+    case Kind::shaking_moment:
+    case Kind::ground_moment:
+    case Kind::joint_moment: return is_planar ? std::vector<std::string>{"z"} : axis_labels(3);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
+  using Kind = CostQuantity::Kind;
+  const auto [moment, point] = split_moment_point(name);
+  std::optional<CostQuantity> quantity = find_whole_quantity(mechanism, moment);
+  if (const auto [stem, label] = split_component(moment); !quantity && !stem.empty()) {
+    quantity = find_whole_quantity(mechanism, stem);
+    if (!quantity || (quantity->of_joints() && !quantity->member)) return std::nullopt;
+    const std::vector<std::string> components = list_components(mechanism, *quantity);
+    const auto component = std::find(components.begin(), components.end(), label);
+    if (component == components.end()) return std::nullopt;
+    quantity->component = static_cast<int>(component - components.begin());
+  }
+  if (!quantity || point.empty()) return quantity;
+  const std::optional<Landmark> landmark = find_landmark(mechanism, point);
+  if (!landmark || (quantity->kind != Kind::shaking_moment && quantity->kind != Kind::ground_moment))
+    return std::nullopt;
+  const BodyPoint about = locate_landmark(mechanism, *landmark);
+  if (about.body != ground) return std::nullopt;
+  quantity->about = about.position;
+  return quantity;
 }
 
 namespace {
@@ -245,56 +394,76 @@ void SpringRegressor<S>::add(const Spring& spring) {
 }
 
 template <class S>
-VectorX SpringRegressor<S>::torque_of(const UnitSpring& spring, const TreeState<S>& state) {
+VectorX SpringRegressor<S>::value_of(const UnitSpring& spring, const TreeState<S>& state,
+                                     const WrenchFunction& function) {
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
   spring.subtract(state, 0, wrenches_, total, loads);
-  VectorX torque(tree_.columns);
-  compute_wrench_forces(tree_, state, wrenches_, torque.data());
-  return torque;
+  return function(wrenches_);
 }
 
 template <class S>
 void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
+  evaluate(
+      state,
+      [&](std::vector<Wrench<S>>& wrenches) {
+        VectorX forces(tree_.columns);
+        compute_wrench_forces(tree_, state, wrenches, forces.data());
+        return forces;
+      },
+      torque);
   constexpr Eigen::Index d = S::dimension;
-  std::size_t unit = 0;
   Eigen::Index column = 0;
   for (std::size_t s = 0; s < kinds_.size(); ++s) {
     if (kinds_[s] == SpringKind::in_joint) {  // k q − preload
       const LinearQuantity& source = tree_.coordinate_expressions[mechanism_.springs[s].coordinate];
-      torque.middleCols(column, 2).setZero();
       source.add_generalised_force(source.value(y), torque.col(column).data());
       source.add_generalised_force(-1, torque.col(column + 1).data());
+    }
+    column += kinds_[s] == SpringKind::in_joint ? 2 : kinds_[s] == SpringKind::fixed ? 1 : 1 + 2 * d + d * d;
+  }
+}
+
+template <class S>
+void SpringRegressor<S>::evaluate(const TreeState<S>& state, const WrenchFunction& function,
+                                  Eigen::Ref<MatrixX> values) {
+  constexpr Eigen::Index d = S::dimension;
+  std::size_t unit = 0;
+  Eigen::Index column = 0;
+  values.setZero();
+  for (const SpringKind kind : kinds_) {
+    if (kind == SpringKind::in_joint) {
       column += 2;
       continue;
     }
-    if (kinds_[s] == SpringKind::fixed) {
-      torque.col(column++) = torque_of(unit_springs_[unit++], state);
+    if (kind == SpringKind::fixed) {
+      values.col(column++) = value_of(unit_springs_[unit++], state, function);
       continue;
     }
     const Eigen::Index width = 1 + 2 * d + d * d;
-    loose_at(unit, state, torque.middleCols(column, width));
+    loose_at(unit, state, function, values.middleCols(column, width));
     unit += spring_end_points<S> * spring_end_points<S>;
     column += width;
   }
 }
 
-/// With zero free length, the torque is k T(a, b), where T is affine in each of the end points a and b (terms quadratic
+/// With zero free length, the value is k T(a, b), where T is affine in each of the end points a and b (terms quadratic
 /// in one end point are constant in the energy). Its coefficients are differences between unit end points.
 template <class S>
-void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, Eigen::Ref<MatrixX> torque) {
+void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, const WrenchFunction& function,
+                                  Eigen::Ref<MatrixX> values) {
   constexpr Eigen::Index d = S::dimension;
-  MatrixX T(tree_.columns, spring_end_points<S> * spring_end_points<S>);
+  MatrixX T(values.rows(), spring_end_points<S> * spring_end_points<S>);
   for (int i = 0; i < spring_end_points<S> * spring_end_points<S>; ++i)
-    T.col(i) = torque_of(unit_springs_[first + static_cast<std::size_t>(i)], state);
+    T.col(i) = value_of(unit_springs_[first + static_cast<std::size_t>(i)], state, function);
   const auto at = [&](Eigen::Index i, Eigen::Index j) { return T.col(i * spring_end_points<S> + j); };
   const double L = tree_.characteristic_length;
-  torque.col(0) = at(0, 0);
+  values.col(0) = at(0, 0);
   for (Eigen::Index i = 1; i <= d; ++i) {
-    torque.col(i) = (at(i, 0) - at(0, 0)) / L;
-    torque.col(d + i) = (at(0, i) - at(0, 0)) / L;
+    values.col(i) = (at(i, 0) - at(0, 0)) / L;
+    values.col(d + i) = (at(0, i) - at(0, 0)) / L;
     for (Eigen::Index j = 1; j <= d; ++j)
-      torque.col(2 * d + (i - 1) * d + j) = (at(i, j) - at(i, 0) - at(0, j) + at(0, 0)) / (L * L);
+      values.col(2 * d + (i - 1) * d + j) = (at(i, j) - at(i, 0) - at(0, j) + at(0, 0)) / (L * L);
   }
 }
 

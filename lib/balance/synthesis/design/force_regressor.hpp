@@ -7,18 +7,23 @@
 #include "balance/mechanics/dynamics/external_forces.hpp"
 #include "balance/mechanics/dynamics/inertia_regressor.hpp"
 #include "balance/mechanics/kinematics/motion_stepper.hpp"
+#include "balance/mechanics/trajectory/motion_sample.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace balance {
 
-/// Generalised forces of springs in tree coordinates, per unit of their parameters (listed in
-/// mechanics/dynamics/dynamic_parameters.hpp).
+/// Generalised forces of springs in tree coordinates, and other linear functions of their wrenches, per unit of their
+/// parameters (listed in mechanics/dynamics/dynamic_parameters.hpp).
 template <class S>
 class SpringRegressor {
  public:
+  /// A linear function of wrenches on the nodes, which it may overwrite.
+  using WrenchFunction = std::function<VectorX(std::vector<Wrench<S>>& wrenches)>;
+
   SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose);
 
   /// Number of parameters of all springs.
@@ -27,6 +32,9 @@ class SpringRegressor {
   /// @param state poses in the world @param y tree coordinates
   /// @param torque tree coordinates × count [N m or N per unit]
   void evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
+  /// The same for any function of the wrenches of springs between points; zero for springs in joints, which have none.
+  /// @param values size of the function × count
+  void evaluate(const TreeState<S>& state, const WrenchFunction& function, Eigen::Ref<MatrixX> values);
 
  private:
   /// A spring of stiffness 1 between its own or unit end points.
@@ -36,8 +44,9 @@ class SpringRegressor {
   enum class SpringKind { fixed, loose, in_joint };
 
   void add(const Spring& spring);
-  VectorX torque_of(const UnitSpring& spring, const TreeState<S>& state);
-  void loose_at(std::size_t first, const TreeState<S>& state, Eigen::Ref<MatrixX> torque);
+  VectorX value_of(const UnitSpring& spring, const TreeState<S>& state, const WrenchFunction& function);
+  void loose_at(std::size_t first, const TreeState<S>& state, const WrenchFunction& function,
+                Eigen::Ref<MatrixX> values);
 
   const Tree<S>& tree_;
   const Mechanism& mechanism_;
@@ -52,12 +61,25 @@ extern template class SpringRegressor<Spatial>;
 
 /// The quantity that a figure is computed from.
 struct CostQuantity {
-  enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
+  enum class Kind {
+    torque,
+    power,
+    shaking_force,
+    shaking_moment,
+    ground_force,
+    ground_moment,
+    kinetic_energy,
+    joint_force,
+    joint_moment
+  };
   Kind kind = Kind::torque;
-  std::optional<int> actuator;  ///< for torque and power; std::nullopt: the worst of all actuators
-  bool is_combined = false;     ///< norm of all torques as one vector
+  std::optional<int> member = {};     ///< actuator or joint; std::nullopt: the worst of all actuators or joints
+  bool is_combined = false;           ///< norm of all torques as one vector
+  std::optional<int> component = {};  ///< of a vector; std::nullopt: the vector itself
+  std::optional<Vector3> about = {};  ///< world point of shaking and ground moments; std::nullopt: the trajectory's
 
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
+  bool of_joints() const { return kind == Kind::joint_force || kind == Kind::joint_moment; }
 };
 
 /// @param name as in RunResult::metrics
@@ -80,15 +102,21 @@ class ForceRegressor {
   /// @param stepper with poses and angular velocities, and for the kinetic energy also velocities of the origins;
   /// accelerations are overwritten
   /// @param rows one per actuator or component × columns() [SI]
+  /// For several actuators or joints, their rows follow each other.
   /// @return false if the actuators cannot hold the mechanism
   bool evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
 
  private:
+  bool evaluate_vector(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
   InertiaRegressor<S> compute_regressor(MotionStepper<S>& stepper, const typename S::Vector& base) const;
   bool torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  void evaluate_generalised_forces(MotionStepper<S>& stepper);
   void constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
-  void shift_moment_point(const MatrixX& force, MatrixX& moment) const;
-  void ground_reaction(MotionStepper<S>& stepper, bool moment, MatrixX& rows);
+  bool joint_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  MatrixX multiplier_reactions(MotionStepper<S>& stepper, const CostQuantity& quantity);
+  VectorX read_reactions(const TreeState<S>& state, const CostQuantity& quantity, std::vector<Wrench<S>>& wrenches);
+  void shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const;
+  void ground_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
   void kinetic_energy(const TreeState<S>& state, MatrixX& rows) const;
 
   const Mechanism& mechanism_;
@@ -101,6 +129,7 @@ class ForceRegressor {
   Actuation<S> actuation_;
   std::vector<Wrench<S>> wrenches_;
   MatrixX projection_, tau_;
+  Sample reactions_;  ///< of the joints
 };
 
 extern template class ForceRegressor<Planar>;

@@ -10,6 +10,7 @@
 #include "balance/synthesis/design/optimum_search.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -119,8 +120,6 @@ namespace {
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 /// Maximum number of exact designs whose lengths are examined, and of starts for the joint search besides the anchor.
 constexpr int max_exact_designs = 4, max_joint_starts = 12;
-/// Maximum number of designs of the bilevel search that are examined once one is balanced.
-constexpr std::size_t max_bilevel_candidates = 3;
 /// Step in unit coordinates for testing whether designs exist at neighbouring lengths.
 constexpr double neighbour_offset = 1e-3;
 
@@ -145,9 +144,14 @@ class GeometrySearch {
         if (objective_ == nullptr && best.is_balanced) break;
       }
     if (!best.is_balanced) evaluator_.keep_better(best, solve_at_samples());
-    if (objective_ != nullptr && best.is_balanced)
+    if (objective_ != nullptr && best.is_balanced) {
+      const double before = best.figure;
       best =
           improve_geometry(best, is_bilevel_applicable && context_.problem.model->capabilities().are_all_limits_convex);
+      // the starts that ended at the same design would be improved alike
+      for (double& end : context_.budget.ends)
+        if (end - before <= start_agreement_tolerance * std::abs(before)) end = best.figure;
+    }
     if (!best.is_balanced) best = search_compromise(best);
     if (best.is_feasible && equations_.primary_rows == 0 && context_.limits->size() == 0) search_all_variables(best);
     return report(best);
@@ -156,20 +160,89 @@ class GeometrySearch {
  private:
   /// @return whether the bilevel search applies to the problem
   bool try_bilevel_search(TrialDesign& best) {
-    const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false);
-    std::size_t examined_count = 0;
+    const auto handle_start_end = [&](const VectorX& u, bool is_balanced) {
+      TrialDesign end;
+      if (u.size() > 0 && context_.infeasibility_reason(u).empty()) end = finish_start(u, is_balanced);
+      evaluator_.keep_better(best, end);
+      if (objective_ == nullptr) return false;
+      context_.budget.ends.push_back(end.is_balanced ? end.figure : no_value);
+      return best.is_balanced && compare_starts(context_.budget.ends, best.figure).is_reached();
+    };
+    const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false, handle_start_end);
     for (const VectorX& u : designs.balanced) {
-      if (best.is_balanced &&
-          (objective_ == nullptr || ++examined_count >= max_bilevel_candidates || context_.budget.is_spent()))
-        break;
-      if (!context_.infeasibility_reason(u).empty()) continue;
-      evaluate_candidate(best, equations_.primary_rows > 0
-                                   ? solve_levenberg_marquardt(make_equations_near(context_, u, equations_), u).u
-                                   : u);
-      evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
+      if (best.is_balanced) break;
+      const bool is_late = context_.budget.is_spent();
+      if (is_late) context_.budget.finish_search();  // the best start shall give a design although the time is over
+      if (context_.infeasibility_reason(u).empty()) evaluator_.keep_better(best, finish_start(u, true));
+      if (!is_late) continue;
+      context_.budget.begin_search();
+      break;
     }
     unbalanced_candidates_ = designs.others;
     return designs.is_applicable;
+  }
+
+  /// Makes the end of a start exact and, where that costs some of the objective, optimal again.
+  TrialDesign finish_start(const VectorX& u, bool is_balanced) {
+    TrialDesign end = evaluator_.evaluate(u);
+    if (!is_balanced) return end;
+    const double relaxed_figure = end.figure;
+    if (!end.is_balanced) evaluate_candidate(end, restore_exactly(u));
+    if (objective_ == nullptr || !end.is_balanced) return end;
+    if (!objective_->is_simulated() && equations_.primary_rows > 0) descend(end);
+    if (end.figure <= relaxed_figure + start_agreement_tolerance / 10 * std::abs(relaxed_figure))
+      tight_figure_ = std::min(tight_figure_, end.figure);
+    else
+      improve_exactly(end);
+    return end;
+  }
+
+  /// Meets the conditions near u, if possible without the numbers that the objective depends on.
+  VectorX restore_exactly(const VectorX& u) const {
+    if (equations_.primary_rows == 0) return u;
+    const NonlinearSystem equations = make_equations_near(context_, u, equations_);
+    std::vector<int> neutral;
+    VectorX slope = VectorX::Zero(u.size());
+    if (objective_ != nullptr) (*objective_)(u, &slope);
+    for (int i = 0; i < u.size(); ++i)
+      if (slope[i] == 0) neutral.push_back(i);
+    if (!neutral.empty() && static_cast<Eigen::Index>(neutral.size()) < u.size()) {
+      const VectorX restored = solve_for(equations, neutral, u);
+      if (is_exact(context_, equations, restored)) return restored;
+    }
+    return solve_levenberg_marquardt(equations, u).u;
+  }
+
+  /// Levenberg–Marquardt on some of the variables.
+  static VectorX solve_for(const NonlinearSystem& equations, const std::vector<int>& variables, const VectorX& u) {
+    NonlinearSystem restricted = equations;
+    const auto insert = [&](const VectorX& v) {
+      VectorX all = u;
+      all(variables) = v;
+      return all;
+    };
+    restricted.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      MatrixX slopes;
+      if (!equations.evaluate(insert(v), values, jacobian != nullptr ? &slopes : nullptr)) return false;
+      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, variables);
+      return true;
+    };
+    return insert(solve_levenberg_marquardt(restricted, u(variables)).u);
+  }
+
+  /// A descent on all variables at once.
+  void descend(TrialDesign& best) const {
+    const NonlinearSystem equations = make_equations_near(context_, best.u, equations_);
+    const VectorX u = minimise_along_conditions(context_, *objective_, equations, best.u);
+    evaluator_.keep_better(best, evaluator_.evaluate(restore_exactly(u)));
+  }
+
+  /// Minimises the objective on all variables, with the conditions as equalities.
+  void improve_exactly(TrialDesign& best) const {
+    const NonlinearSystem equations = make_equations_near(context_, best.u, equations_);
+    const auto restore = [&](const VectorX& u) { return solve_levenberg_marquardt(equations, u).u; };
+    const VectorX u = optimise_exact_solutions(context_, *objective_, equations, restore, {best.u}).u;
+    evaluator_.keep_better(best, evaluator_.evaluate(u));
   }
 
   /// Evaluates an exact or nearly exact design, both unchanged and with the masses solved for.
@@ -273,11 +346,10 @@ class GeometrySearch {
   /// handles all limits
   TrialDesign improve_geometry(const TrialDesign& from, bool are_lengths_optimised) {
     TrialDesign best = from;
+    const bool is_relaxation_tight = from.figure <= tight_figure_;
+    if (are_lengths_optimised && is_relaxation_tight && context_.limits->size() == 0) return best;
     if (!has_neighbouring_designs(from)) {
-      const NonlinearSystem design_equations = make_equations_near(context_, from.u, equations_);
-      const auto restore = [&](const VectorX& u) { return solve_levenberg_marquardt(design_equations, u).u; };
-      const VectorX u = optimise_exact_solutions(context_, *objective_, design_equations, restore, {from.u}).u;
-      evaluator_.keep_better(best, evaluator_.evaluate(u));
+      improve_exactly(best);
       evaluator_.keep_better(best, evaluator_.solve_at_geometry(best.u));
     } else if (!are_lengths_optimised ||
                context_.limits->size() > 0) {  // the bilevel search evaluates peaks at few samples
@@ -356,6 +428,8 @@ class GeometrySearch {
   TrialEvaluator evaluator_;
   std::vector<int> geometric_variables_, inertial_variables_;
   std::optional<VectorX> balanced_without_value_;
+  /// Least figure of a design that is exact without any loss against its relaxation, hence optimal for its lengths.
+  double tight_figure_ = std::numeric_limits<double>::infinity();
   LeastSquaresResult best_descent_;
   std::vector<VectorX> unbalanced_candidates_;
   std::vector<std::pair<double, VectorX>> samples_;
@@ -384,7 +458,9 @@ void TrialEvaluator::keep_better(TrialDesign& best, TrialDesign trial) const {
   if (!trial.is_feasible || !std::isfinite(cost(trial))) return;
   const bool better = !best.is_feasible || (trial.is_balanced && !best.is_balanced) ||
                       (trial.is_balanced == best.is_balanced && cost(trial) < cost(best));
-  if (better) best = std::move(trial);
+  if (!better) return;
+  context_.budget.incumbent.offer(trial.u, trial.is_balanced, cost(trial));
+  best = std::move(trial);
 }
 
 TrialDesign TrialEvaluator::evaluate(const VectorX& u) const {

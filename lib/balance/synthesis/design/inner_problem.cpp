@@ -31,6 +31,7 @@ double multiplier_product(const AffineFigure& figure, const AffineSeries& series
     const auto sizes = values.reshaped(series.components, series.time_weights.size()).colwise().squaredNorm();
     return z[0] * std::sqrt(sizes.dot(series.time_weights.transpose()));
   }
+  if (figure.figure == Statistic::maximum) return z.head(m).dot(values);
   if (series.components == 1) return (z.head(m) - z.tail(m)).dot(values);
   double sum = 0;
   for (Eigen::Index k = 0; k < series.time_weights.size(); ++k)
@@ -97,7 +98,7 @@ bool InnerProblem::add_figures(const VectorX& u, InnerData& data) const {
   int l = 0;
   for (const ConvexLimit& limit : *limits) {
     const double scale = limit.bound != 0 ? std::abs(limit.bound) : 1;
-    data.limit_bounds[l] = limit.bound / scale - (limit.bound > 0 ? limit_margin_ : 0);
+    data.limit_bounds[l] = limit.bound / scale - (limit.bound != 0 ? limit_margin_ : 0);
     for (const AffineFigure& figure : limit.figures)
       data.figures.push_back({express_in_unknowns(figure, data.terms), scale, l});
     ++l;
@@ -166,7 +167,9 @@ double InnerProblem::lagrangian(const InnerSolution& solution, const InnerData& 
     const AffineSeries& series = figure.series[piece.series];
     const Eigen::Index m = series.rows.rows(), samples = series.time_weights.size();
     const bool has_same_size =
-        figure.figure == Statistic::rms || piece.rows == (series.components == 1 ? 2 * m : m + samples);
+        figure.figure == Statistic::rms || piece.rows == (figure.figure == Statistic::maximum ? m
+                                                          : series.components == 1            ? 2 * m
+                                                                                              : m + samples);
     if (!has_same_size) return std::numeric_limits<double>::quiet_NaN();  // the number of samples differs
     sum += multiplier_product(figure, series, z.segment(piece.first, piece.rows), homogeneous) / scale;
   }
@@ -341,10 +344,11 @@ void InnerProgramBuilder::add_figure(std::size_t index, std::vector<FigureRows>&
   (limit < 0 ? cost_[t] : limit_rows_(limit, t)) = figure.weight;
   for (std::size_t s = 0; s < figure.series.size(); ++s) {
     const AffineSeries& series = figure.series[s];
-    const bool linear = figure.figure == Statistic::peak && series.components == 1;
+    const bool linear =
+        figure.figure == Statistic::maximum || (figure.figure == Statistic::peak && series.components == 1);
     const Eigen::Index first_row = linear ? rows_.linear_row_count() : rows_.conic_row_count();
     if (linear)
-      add_peak(series, scale, t);
+      add_bounds(series, figure.figure == Statistic::peak, scale, t);
     else if (figure.figure == Statistic::peak)
       for (Eigen::Index k = 0; k < series.time_weights.size(); ++k)
         add_norm(series.rows.middleRows(k * series.components, series.components), scale, t);
@@ -396,15 +400,18 @@ MatrixX InnerProgramBuilder::pad_columns(const MatrixX& rows) const {
   return padded;
 }
 
-/// ± rows (w, 1) ≤ scale · t
-void InnerProgramBuilder::add_peak(const AffineSeries& series, double scale, Eigen::Index t) {
+/// rows (w, 1) ≤ scale · t, and for a magnitude −rows (w, 1) ≤ scale · t
+void InnerProgramBuilder::add_bounds(const AffineSeries& series, bool is_magnitude, double scale, Eigen::Index t) {
   const Eigen::Index m = series.rows.rows();
-  MatrixX rows = MatrixX::Zero(2 * m, variables_);
+  MatrixX rows = MatrixX::Zero(is_magnitude ? 2 * m : m, variables_);
+  VectorX limits(rows.rows());
   rows.topLeftCorner(m, n_) = series.rows.leftCols(n_) / scale;
-  rows.bottomLeftCorner(m, n_) = -series.rows.leftCols(n_) / scale;
+  limits.head(m) = -series.rows.col(n_) / scale;
+  if (is_magnitude) {
+    rows.bottomLeftCorner(m, n_) = -rows.topLeftCorner(m, n_);
+    limits.tail(m) = -limits.head(m);
+  }
   rows.col(t).setConstant(-1);
-  VectorX limits(2 * m);
-  limits << -series.rows.col(n_) / scale, series.rows.col(n_) / scale;
   rows_.add_inequalities(rows, limits);
 }
 

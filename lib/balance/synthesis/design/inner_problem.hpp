@@ -69,7 +69,7 @@ class InnerProgramBuilder {
  private:
   MatrixX pad_columns(const MatrixX& rows) const;
   void add_bound(Eigen::Index l, Eigen::Index violation);
-  void add_peak(const AffineSeries& series, double scale, Eigen::Index t);
+  void add_bounds(const AffineSeries& series, bool is_magnitude, double scale, Eigen::Index t);
   void add_norm(const MatrixX& rows, double scale, Eigen::Index t);
 
   const InnerData& data_;

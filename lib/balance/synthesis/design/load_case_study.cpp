@@ -43,6 +43,7 @@ class AdaptiveStudy {
   AdaptiveReport report() const;
 
  private:
+  DesignSpace adapted_space(const DesignSpace& space, const VectorX& adapted) const;
   void find_law();
   AdaptedTable table() const;
   void find_value_ranges(AdaptiveReport& report) const;
@@ -97,10 +98,17 @@ bool AdaptiveStudy::is_within_bounds(const VectorX& adapted) const {
   return true;
 }
 
+/// A space in which only the adapted numbers are free; the design has made its choices.
+DesignSpace AdaptiveStudy::adapted_space(const DesignSpace& space, const VectorX& adapted) const {
+  DesignSpace result = space.fix_others(insert_adapted(adapted), loads().adapted);
+  result.start.design.cardinality.clear();
+  return result;
+}
+
 /// The varying loads become additional variables of the problem, after the adapted numbers.
 void AdaptiveStudy::find_law() {
   const VectorX anchor = case_values_.colwise().mean();
-  DesignSpace law_space = space_.fix_others(insert_adapted(anchor), loads().adapted);
+  DesignSpace law_space = adapted_space(space_, anchor);
   law_space.start.design.minimize.clear();
   std::vector<int> varied;
   for (std::size_t k = 0; k < loads().numbers.size(); ++k) {
@@ -129,8 +137,9 @@ void AdaptiveStudy::find_law() {
 
 VectorX AdaptiveStudy::adapted_values(const VectorX& load, const VectorX& initial_values) const {
   if (law_ && is_within_bounds(law_->evaluate(load))) return law_->evaluate(load);
-  const DesignSpace adapted_space = at_load(space_, load).fix_others(insert_adapted(initial_values), loads().adapted);
-  DesignProblem problem = make_design_problem(adapted_space, options_);
+  const DesignSpace space = adapted_space(at_load(space_, load), initial_values);
+  DesignProblem problem = make_design_problem(space, options_);
+  problem.is_single_pass = true;
   const DesignOutcome outcome = solve_design(problem);
   return outcome.status == DesignStatus::unsolved ? initial_values : outcome.x;
 }
@@ -398,6 +407,19 @@ void map_solution_set(const CaseSpace& cases, SolutionSet& solution_set) {
   solution_set.free_variables = std::move(numbers);
 }
 
+/// The same for the edges at which the design lies; lengths shared by all cases have one edge.
+void map_edges(const CaseSpace& cases, std::vector<FeasibilityEdge>& edges) {
+  std::vector<FeasibilityEdge> mapped;
+  for (FeasibilityEdge& edge : edges)
+    for (const auto& position : cases.variable_index)
+      if (const auto at = std::find(position.begin(), position.end(), edge.variable); at != position.end()) {
+        edge.variable = static_cast<int>(at - position.begin());
+        mapped.push_back(std::move(edge));
+        break;
+      }
+  edges = std::move(mapped);
+}
+
 /// Conditions, residuals and unmet conditions at the nominal load.
 void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& evaluator, const FreeSprings& loose,
                                  DesignOutcome& outcome) {
@@ -460,15 +482,22 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   Mechanism build_mechanism(const VectorX& x) const override {
     std::vector<Mechanism> all;
     for (std::size_t k = 0; k < required_motions_.size(); ++k)
-      all.push_back(
-          label_elements(assembled_at(instance_at(k, x).mechanism, required_motions_[k].start_coordinates()), k));
+      all.push_back(label_elements(
+          required_motions_[k].assembled_mechanism(instance_at(k, x), space_.cases[k].assembly_mode != nullptr), k));
     return disjoint_union(all);
   }
   std::string invalidity_reason(const VectorX& x) const override {
     return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
   }
   std::string infeasibility_reason(const VectorX& x) const override {
-    return first_reason([&](std::size_t k) { return required_motions_[k].infeasibility_reason(instance_at(k, x)); });
+    std::vector<VectorX> tried;  // loads seldom change the motion
+    return first_reason([&](std::size_t k) -> std::string {
+      const DesignInstance instance = instance_at(k, x);
+      VectorX numbers = required_motions_[k].numbers(instance);
+      if (std::find(tried.begin(), tried.end(), numbers) != tried.end()) return "";
+      tried.push_back(std::move(numbers));
+      return required_motions_[k].infeasibility_reason(instance);
+    });
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
     return figures_->terms(terms_, across_, sampling, x);
@@ -514,7 +543,10 @@ DesignProblem LoadCaseStudy::make_problem() const {
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
   problem.variables = list_design_variables(cases.numbers);
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
-    for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
+    for (OptionalElement& element : choice.elements) {
+      element.variables = map_to_all_cases(cases, element.variables);
+      element.own_variables = map_to_all_cases(cases, element.own_variables);
+    }
   problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
   case_model_->build_figures(problem);
@@ -542,6 +574,7 @@ void LoadCaseStudy::describe(DesignReport& report) const {
   const VectorX all_values = outcome.x;
   const LoadCaseEvaluator evaluator(conditions_problem_, options_.compare_trajectories);
   map_solution_set(cases(), outcome.solution_set);
+  map_edges(cases(), outcome.edges);
   outcome.x = cases().values(0, all_values);
   std::optional<AdaptiveStudy> adaptive;
   if (!loads.adapted.empty()) {

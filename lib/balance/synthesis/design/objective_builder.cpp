@@ -2,8 +2,11 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
 #include "balance/synthesis/design/spec_figure_gradients.hpp"
@@ -15,7 +18,9 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -23,20 +28,39 @@
 
 namespace balance {
 
+const MotionCache::Entry& MotionCache::find(const Mechanism& mechanism, const Trajectory& trajectory,
+                                            const std::string& key, const std::function<void(Entry&)>& make) {
+  VectorX numbers = collect_motion_numbers(mechanism, trajectory);
+  for (const Entry& entry : entries_)
+    if (entry.key == key && entry.numbers == numbers) return entry;
+  entries_.push_back({std::move(numbers), key, {}, {}});
+  make(entries_.back());
+  return entries_.back();
+}
+
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
                                              const VectorX& start, const FreeSprings& loose) {
   std::vector<DesignLimit> built;
+  MotionCache cache;
   for (const FigureLimit& limit : limits)
-    built.push_back({limit.text, build_objective(space, limit.terms, start, loose), limit.is_lower, limit.bound});
+    built.push_back(
+        {limit.text, build_objective(space, limit.terms, start, loose, cache), limit.is_lower, limit.bound});
   return built;
 }
 
 namespace {
 
+/// A minimum, or a size, with the opposite sign: a maximum.
+void negate_minimum(AffineFigure& figure) {
+  figure.coefficients *= -1;
+  for (AffineSeries& series : figure.series) series.rows *= -1;
+  figure.figure = Statistic::maximum;
+}
+
 /// All samples cost nothing extra for an rms, whereas every sample of a peak is an inequality.
 FigureSampling samples_for(const FigureLimit& limit) {
   const bool peak = std::any_of(limit.terms.begin(), limit.terms.end(),
-                                [](const ObjectiveTerm& term) { return term.figure == Statistic::peak; });
+                                [](const ObjectiveTerm& term) { return term.figure != Statistic::rms; });
   return peak ? FigureSampling::coarse : FigureSampling::full;
 }
 
@@ -45,19 +69,23 @@ FigureSampling samples_for(const FigureLimit& limit) {
 std::vector<FigureLimit> select_convex_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits) {
   std::vector<FigureLimit> convex;
   std::copy_if(limits.begin(), limits.end(), std::back_inserter(convex), [&](const FigureLimit& limit) {
-    return !limit.is_lower && are_convex_in_parameters(space, limit.terms);
+    return limit.is_lower ? are_concave_in_parameters(space, limit.terms)
+                          : are_convex_in_parameters(space, limit.terms);
   });
   return convex;
 }
 
 std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace& space,
                                                               const std::vector<FigureLimit>& limits,
-                                                              const FreeSprings& loose, const VectorX& x) {
+                                                              const FreeSprings& loose, const VectorX& x,
+                                                              MotionCache& cache) {
   std::vector<ConvexLimit> all;
   for (const FigureLimit& limit : limits) {
-    auto figures = compute_convex_terms(space, limit.terms, loose, samples_for(limit), x);
+    auto figures = compute_convex_terms(space, limit.terms, loose, samples_for(limit), x, cache);
     if (!figures) return std::nullopt;
-    all.push_back({std::move(*figures), limit.bound});
+    if (limit.is_lower)
+      for (AffineFigure& figure : *figures) negate_minimum(figure);
+    all.push_back({std::move(*figures), limit.is_lower ? -limit.bound : limit.bound});
   }
   return all;
 }
@@ -91,8 +119,12 @@ bool is_same_motion(const DesignInstance& a, const DesignInstance& b, const Obje
                 geometry_b = design::collect_geometry(b.mechanism, loose);
   if (geometry_a.size() != geometry_b.size() || (geometry_a - geometry_b).norm() > 1e-12 * geometry_a.norm())
     return false;
-  const RunResult first = simulate(a.mechanism, find_trajectory(a, term));
-  const RunResult second = simulate(b.mechanism, find_trajectory(b, term));
+  const Trajectory &trajectory_a = find_trajectory(a, term), &trajectory_b = find_trajectory(b, term);
+  if (!is_mass_dependent(trajectory_a) &&
+      collect_motion_numbers(a.mechanism, trajectory_a) == collect_motion_numbers(b.mechanism, trajectory_b))
+    return true;
+  const RunResult first = simulate(a.mechanism, trajectory_a);
+  const RunResult second = simulate(b.mechanism, trajectory_b);
   if (first.outcome.status != MotionStatus::done || second.outcome.status != MotionStatus::done) return false;
   const auto is_close = [](const Samples& p, const Samples& q) {
     return p.rows() == q.rows() && (p - q).norm() <= 1e-9 * (1 + p.norm());
@@ -120,21 +152,58 @@ CostFunction make_linear_cost(VectorX coefficients) {
   };
 }
 
+/// Whether the point that a moment is about is the same for all values of the free numbers.
+bool is_moment_point_fixed(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term) {
+  const std::optional<CostQuantity> quantity = find_cost_quantity(start.mechanism, term.quantity);
+  if (!quantity || !quantity->about) return true;
+  const VectorX elsewhere = generic_variables(space.start.free_numbers);
+  return find_cost_quantity(space.instantiate(elsewhere).mechanism, term.quantity)->about == quantity->about;
+}
+
 /// The figure along a fixed motion; empty if the motion is not fixed or the quantity is not linear in the parameters.
 CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
-                                    const FreeSprings& loose) {
+                                    const FreeSprings& loose, MotionCache& cache) {
   const Trajectory& trajectory = find_trajectory(start, term);
   if (term.deviation_multiple || term.run != ObjectiveTerm::RunMeasure::figure || is_mechanism_dependent(trajectory))
     return {};
   if (is_mass_dependent(trajectory) || !is_motion_fixed(space, start, term, loose)) return {};
-  const TrajectoryCost cost(start.mechanism, trajectory, loose);
-  return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
+  if (!is_moment_point_fixed(space, start, term)) return {};
+  const std::string key =
+      fmt::format("{} {} {} {}", trajectory.name, objective_term_name(term.figure), term.quantity, trajectory.samples);
+  return cache
+      .find(start.mechanism, trajectory, key,
+            [&](MotionCache::Entry& entry) {
+              const TrajectoryCost cost(start.mechanism, trajectory, loose);
+              entry.cost = cost.figure(term.figure, term.quantity).value_or(CostFunction{});
+            })
+      .cost;
 }
 
-/// Absolute values and norms of affine functions are convex, and so are ranges; minima are not.
-bool is_convex(const ObjectiveTerm& term) {
-  return term.size != ObjectiveTerm::Size::none || term.figure != Statistic::range ||
-         effort_array_name(term.quantity).starts_with("torque");
+bool is_scalar(const Mechanism& mechanism, const std::string& quantity) {
+  std::string mistake;
+  const auto described = describe_quantity(mechanism, quantity, mistake);
+  return described && described->is_scalar;
+}
+
+/// Whether a figure of an affine quantity is convex. Absolute values and norms are, and so are maxima; the range is if
+/// the quantity has a sign.
+bool is_convex(const Mechanism& mechanism, const ObjectiveTerm& term) {
+  if (term.size != ObjectiveTerm::Size::none) return true;
+  return term.figure == Statistic::range ? is_scalar(mechanism, term.quantity) : term.figure != Statistic::minimum;
+}
+
+/// Masses are linear, and the minimum of an affine quantity is concave.
+bool is_concave(const Mechanism& mechanism, const ObjectiveTerm& term) {
+  if (term.size != ObjectiveTerm::Size::none) return true;
+  return term.figure == Statistic::minimum && is_scalar(mechanism, term.quantity);
+}
+
+/// Magnitudes, distances and masses are not negative.
+bool is_non_negative(const Mechanism& mechanism, const ObjectiveTerm& term) {
+  if (term.weight < 0) return false;
+  const bool is_signed = term.size == ObjectiveTerm::Size::none && term.run == ObjectiveTerm::RunMeasure::figure &&
+                         (term.figure == Statistic::minimum || term.figure == Statistic::maximum);
+  return !is_signed || !is_scalar(mechanism, term.quantity);
 }
 
 /// A weighted sum of figures: of the parameters if all figures are, else by simulation.
@@ -145,6 +214,7 @@ class FigureSum : public DesignFunction {
   /// The first trajectory of the terms that cannot be followed, and why.
   std::string failure_reason(const VectorX& x) const override {
     const DesignInstance instance = instantiate_checked(space_, x);
+    if (!instance.mode_issue.empty()) return instance.mode_issue;
     for (const ObjectivePart& part : parts_) {
       if (part.term.size != ObjectiveTerm::Size::none) continue;
       const RunResult result = simulate(instance.mechanism, find_trajectory(instance, part.term));
@@ -206,6 +276,7 @@ class SimulatedSum final : public FigureSum {
  private:
   double simulate_sum(const VectorX& x) const {
     const DesignInstance instance = instantiate_checked(space_, x);
+    if (!instance.mode_issue.empty()) return std::numeric_limits<double>::quiet_NaN();
     const VectorX parameters = parameter_values(instance.mechanism, loose_);
     double sum = 0;
     for (const ObjectivePart& part : parts_)
@@ -242,8 +313,13 @@ void require_deviations(const DesignSpace& space, const VectorX& start, const Ob
 /// The run, if the figure depends only on positions and singularities and the free numbers do not change the motion.
 std::shared_ptr<const RunResult> find_fixed_run(const DesignSpace& space, const DesignInstance& start,
                                                 const ObjectiveTerm& term, const FreeSprings& loose) {
+  std::string mistake;
+  const auto described = describe_quantity(start.mechanism, term.quantity, mistake);
   const bool of_motion =
-      term.run == ObjectiveTerm::RunMeasure::mobility || term.run == ObjectiveTerm::RunMeasure::clearance;
+      term.run == ObjectiveTerm::RunMeasure::figure
+          ? described && described->is_kinematic && !term.deviation_multiple &&
+                !is_mechanism_dependent(find_trajectory(start, term))
+          : term.run == ObjectiveTerm::RunMeasure::mobility || term.run == ObjectiveTerm::RunMeasure::clearance;
   if (!of_motion || is_mass_dependent(find_trajectory(start, term)) || !is_motion_fixed(space, start, term, loose))
     return {};
   return std::make_shared<const RunResult>(simulate(start.mechanism, find_trajectory(start, term)));
@@ -269,30 +345,42 @@ CostFunction make_constant_cost(double value) {
   };
 }
 
-constexpr long max_coarse_samples = 201;
+/// The fewest samples whose times, at least min_time_steps, are among those of all samples. A peak over them then is at
+/// most the peak, so that what it proves holds.
+long coarse_sample_count(long samples) {
+  for (long steps = min_time_steps; steps < samples - 1; ++steps)
+    if ((samples - 1) % steps == 0) return steps + 1;
+  return samples;
+}
 
 /// One term; std::nullopt if the trajectory cannot be followed.
 std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, const ObjectiveTerm& term,
-                                             const FreeSprings& loose, FigureSampling samples) {
+                                             const FreeSprings& loose, FigureSampling samples, MotionCache& cache) {
   AffineFigure figure{term.weight, {}, term.figure, {}};
   if (term.size != ObjectiveTerm::Size::none) {
     figure.coefficients = size_coefficients(term.size, instance.mechanism, loose);
     return figure;
   }
   Trajectory trajectory = find_trajectory(instance, term);
-  if (samples == FigureSampling::coarse) trajectory.samples = std::min(trajectory.samples, max_coarse_samples);
-  auto series = TrajectoryCost(instance.mechanism, trajectory, loose).rows(term.quantity);
-  if (!series) return std::nullopt;
-  figure.series = std::move(*series);
+  if (samples == FigureSampling::coarse) trajectory.samples = coarse_sample_count(trajectory.samples);
+  const std::string key = fmt::format("{} {} {}", trajectory.name, term.quantity, trajectory.samples);
+  const MotionCache::Entry& entry = cache.find(instance.mechanism, trajectory, key, [&](MotionCache::Entry& made) {
+    made.rows = TrajectoryCost(instance.mechanism, trajectory, loose).rows(term.quantity);
+  });
+  if (!entry.rows) return std::nullopt;
+  figure.series = *entry.rows;
+  const bool is_vector = !figure.series.empty() && figure.series.front().components > 1;
+  if (figure.figure == Statistic::maximum && is_vector) figure.figure = Statistic::peak;
   return figure;
 }
 
-/// Whether the term is a convex function of the parameters for any motion.
-bool is_convex_in_parameters(const DesignInstance& instance, const ObjectiveTerm& term) {
+/// Whether the term is one of these figures of a quantity that is affine in the parameters for any motion, or a size.
+bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& term,
+                         std::initializer_list<Statistic> figures) {
   if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
   if (term.deviation_multiple) return false;
   return term.run == ObjectiveTerm::RunMeasure::figure && term.weight >= 0 &&
-         (term.figure == Statistic::rms || term.figure == Statistic::peak) &&
+         std::find(figures.begin(), figures.end(), term.figure) != figures.end() &&
          is_linear_quantity(instance.mechanism, term.quantity) && !is_mass_dependent(find_trajectory(instance, term)) &&
          !is_mechanism_dependent(find_trajectory(instance, term));
 }
@@ -301,19 +389,28 @@ bool is_convex_in_parameters(const DesignInstance& instance, const ObjectiveTerm
 
 bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
   const DesignInstance start = space.instantiate(space.start_values());
-  return std::all_of(terms.begin(), terms.end(),
-                     [&](const ObjectiveTerm& term) { return is_convex_in_parameters(start, term); });
+  return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
+    return has_affine_quantity(start, term, {Statistic::rms, Statistic::peak, Statistic::maximum});
+  });
+}
+
+bool are_concave_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
+  const DesignInstance start = space.instantiate(space.start_values());
+  return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
+    return has_affine_quantity(start, term, {Statistic::minimum}) && is_concave(start.mechanism, term);
+  });
 }
 
 std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
                                                               const std::vector<ObjectiveTerm>& terms,
                                                               const FreeSprings& loose, FigureSampling sampling,
-                                                              const VectorX& x) {
+                                                              const VectorX& x, MotionCache& cache) {
   std::vector<AffineFigure> figures;
   try {
     const DesignInstance instance = instantiate_checked(space, x);
+    if (!instance.mode_issue.empty()) return std::nullopt;
     for (const ObjectiveTerm& term : terms) {
-      std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling);
+      std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling, cache);
       if (!figure) return std::nullopt;
       figures.push_back(std::move(*figure));
     }
@@ -327,18 +424,24 @@ std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace&
 
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const FreeSprings& loose) {
+  MotionCache cache;
+  return build_objective(space, terms, start, loose, cache);
+}
+
+Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
+                          const FreeSprings& loose, MotionCache& cache) {
   const DesignInstance start_instance = space.instantiate(start);
   std::vector<ObjectivePart> parts;
   Objective objective;
-  objective.is_convex = objective.is_secondary = true;
-  // Magnitudes, distances and masses are not negative.
-  if (std::all_of(terms.begin(), terms.end(), [](const ObjectiveTerm& term) { return term.weight >= 0; }))
+  objective.is_convex = objective.is_concave = objective.is_secondary = true;
+  if (std::all_of(terms.begin(), terms.end(),
+                  [&](const ObjectiveTerm& term) { return is_non_negative(start_instance.mechanism, term); }))
     objective.lower_bound = 0;
   for (const ObjectiveTerm& term : terms) {
     const bool is_size = term.size != ObjectiveTerm::Size::none;
     ObjectivePart part{term.weight,
                        is_size ? make_linear_cost(size_coefficients(term.size, start_instance.mechanism, loose))
-                               : make_fixed_motion_cost(space, start_instance, term, loose),
+                               : make_fixed_motion_cost(space, start_instance, term, loose, cache),
                        term};
     if (!part.of_parameters) require_quantity(start_instance, term);  // reports missing quantities immediately
     if (term.deviation_multiple) require_deviations(space, start, term);
@@ -346,7 +449,10 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
     const std::optional<double> constant = constant_value(space, start_instance, part);
     if (constant) part.of_parameters = make_constant_cost(*constant);
     objective.is_constant = constant && terms.size() == 1;
-    objective.is_convex = objective.is_convex && part.of_parameters && is_convex(term);
+    objective.is_convex =
+        objective.is_convex && part.of_parameters && (constant || is_convex(start_instance.mechanism, term));
+    objective.is_concave =
+        objective.is_concave && part.of_parameters && (constant || is_concave(start_instance.mechanism, term));
     objective.is_secondary = objective.is_secondary && is_size;
     objective.name += (parts.empty() ? "" : " + ") + (term.weight == 1 ? "" : fmt::format("{:g} ", term.weight)) +
                       objective_term_name(term);
@@ -406,6 +512,8 @@ std::string objective_term_name(Statistic figure) {
     case Statistic::rms: return "rms";
     case Statistic::mean: return "mean";
     case Statistic::range: return "range";
+    case Statistic::minimum: return "minimum";
+    case Statistic::maximum: return "maximum";
   }
   return "";
 }
@@ -481,6 +589,7 @@ void add_figure(const ObjectiveTerm& term, const SpecFigureGradients& slopes, Ei
   const double weight = term.weight;
   if (term.run == ObjectiveTerm::RunMeasure::duration)
     return pieces.push_back(make_single_term(weight, slopes.duration));
+  if (term.run == ObjectiveTerm::RunMeasure::energy) return pieces.push_back(make_single_term(weight, slopes.energy));
   const QuantityGradients* quantity = find_quantity(slopes, term.quantity);
   if (quantity == nullptr)
     throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" + term.quantity + "'");
@@ -491,20 +600,30 @@ void add_figure(const ObjectiveTerm& term, const SpecFigureGradients& slopes, Ei
       return pieces.push_back(make_max_term(weight, quantity->segment_maxima, quantity->segment_minima, numbers));
     case Statistic::range:
       pieces.push_back(make_max_term(weight, quantity->segment_maxima, {}, numbers));
-      pieces.push_back(make_max_term(weight, {}, quantity->segment_minima, numbers));
+      return pieces.push_back(make_max_term(weight, {}, quantity->segment_minima, numbers));
+    case Statistic::maximum: return pieces.push_back(make_max_term(weight, quantity->segment_maxima, {}, numbers));
+    case Statistic::minimum: {
+      const auto& minima = quantity->segment_minima;
+      const auto smallest = std::min_element(minima.begin(), minima.end(),
+                                             [](const auto& a, const auto& b) { return a.value < b.value; });
+      return pieces.push_back(make_single_term(weight, *smallest));
+    }
   }
 }
 
-bool has_optimised_motion(const DesignSpace& space, const ObjectiveTerm& term) {
+/// Whether derivatives take differences: of the path or the law of a motion that is optimised for every mechanism, and
+/// of figures that are not in the arrays of a run.
+bool needs_differences(const DesignSpace& space, const ObjectiveTerm& term) {
   using Run = ObjectiveTerm::RunMeasure;
-  if ((term.run != Run::figure && term.run != Run::duration) || has_velocity_constraints(space.start.mechanism))
+  if (term.run == Run::mobility || term.run == Run::clearance || has_velocity_constraints(space.start.mechanism))
     return true;
+  if (term.run == Run::figure && !has_gradients(space.start.mechanism, term.quantity)) return true;
   const Trajectory* trajectory = find_by_name(space.start.trajectories, term.trajectory);
   return trajectory != nullptr && is_mechanism_dependent(*trajectory);
 }
 
-/// For a motion or law that is optimised for every mechanism, which makes the figure accurate to about 1e-7. Steps of
-/// 1e-3 of a number's range then leave an error of about 1e-4 in the derivative by that range.
+/// A motion or law that is optimised for every mechanism makes the figure accurate to about 1e-7. Steps of 1e-3 of a
+/// number's range then leave an error of about 1e-4 in the derivative by that range.
 ValueWithGradient gradient_by_differences(const DesignSpace& space, const ObjectiveTerm& term, const VectorX& x) {
   constexpr double step = 1e-3;
   ValueWithGradient slope{simulate_figure(instantiate_checked(space, x), term), VectorX(x.size())};
@@ -528,11 +647,13 @@ ValueWithGradient gradient_by_differences(const DesignSpace& space, const Object
 std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
                                                       const FreeSprings& loose, const VectorX& x) {
   const DesignInstance instance = instantiate_checked(space, x);
+  if (!instance.mode_issue.empty()) return std::nullopt;
   std::map<std::string, std::vector<std::string>> quantities;
   for (const ObjectiveTerm& term : terms) {
-    if (term.size != ObjectiveTerm::Size::none || has_optimised_motion(space, term)) continue;
+    if (term.size != ObjectiveTerm::Size::none || needs_differences(space, term)) continue;
     std::vector<std::string>& names = quantities[term.trajectory];
     if (term.run == ObjectiveTerm::RunMeasure::figure) names.push_back(term.quantity);
+    if (term.run == ObjectiveTerm::RunMeasure::energy) names.emplace_back("power");
   }
   std::map<std::string, SpecFigureGradients> runs;
   for (auto& [trajectory, names] : quantities) {
@@ -544,7 +665,7 @@ std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, 
   for (const ObjectiveTerm& term : terms)
     if (term.size != ObjectiveTerm::Size::none)
       pieces.push_back(make_single_term(term.weight, size_with_gradient(space, instance.mechanism, term, loose, x)));
-    else if (has_optimised_motion(space, term))
+    else if (needs_differences(space, term))
       pieces.push_back(make_single_term(term.weight, gradient_by_differences(space, term, x)));
     else
       add_figure(term, runs[term.trajectory], x.size(), pieces);

@@ -5,10 +5,31 @@
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
 
+#include <deque>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace balance {
+
+/// Figures along motions that several load cases have in common. Cases that differ only in masses share them.
+class MotionCache {
+ public:
+  struct Entry {
+    VectorX numbers;  ///< collect_motion_numbers
+    std::string key;
+    std::optional<std::vector<AffineSeries>> rows;
+    CostFunction cost;
+  };
+
+  /// The entry for a motion and what is asked of it. @param make fills a new one
+  const Entry& find(const Mechanism& mechanism, const Trajectory& trajectory, const std::string& key,
+                    const std::function<void(Entry&)>& make);
+
+ private:
+  std::deque<Entry> entries_;
+};
 
 // Limits from `subject_to`.
 
@@ -17,13 +38,14 @@ namespace balance {
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
                                              const VectorX& start, const FreeSprings& loose);
 
-/// The limits that are upper bounds of convex functions of the parameters for any motion.
+/// The limits that are upper bounds of convex or lower bounds of concave functions of the parameters for any motion.
 std::vector<FigureLimit> select_convex_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits);
 
 /// Such limits for the lengths and motion of x. @return std::nullopt if there is no motion
 std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace& space,
                                                               const std::vector<FigureLimit>& limits,
-                                                              const FreeSprings& loose, const VectorX& x);
+                                                              const FreeSprings& loose, const VectorX& x,
+                                                              MotionCache& cache);
 
 /// The weighted sum of the terms. For motions that do not change with the free numbers no simulation is required: the
 /// sum is a function of the parameters, convex if every term is.
@@ -33,16 +55,22 @@ std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace&
 /// @throws std::invalid_argument if the trajectory or quantity of a term does not exist
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const FreeSprings& loose);
+/// The same for one of several load cases.
+Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
+                          const FreeSprings& loose, MotionCache& cache);
 
 /// Whether every term is a convex function of the parameters alone, for any motion.
 /// @throws std::invalid_argument as build_objective
 bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
 
+/// Whether every term is a concave function: a mass, or the minimum of a signed quantity.
+bool are_concave_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
+
 /// The individual terms for the lengths and motion of x. @return std::nullopt if there is no motion
 std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
                                                               const std::vector<ObjectiveTerm>& terms,
                                                               const FreeSprings& loose, FigureSampling sampling,
-                                                              const VectorX& x);
+                                                              const VectorX& x, MotionCache& cache);
 
 /// Mass of all moving parts [kg], and the sum of their moments of inertia about the frame origins (spatial: half the
 /// trace) [kg m^2], as coefficients of the parameters.

@@ -344,6 +344,13 @@ bool try_bilevel_search(const SolverContext& context, const ScaledObjective& obj
 
 }  // namespace
 
+VectorX minimise_along_conditions(const SolverContext& context, const ScaledObjective& objective,
+                                  const NonlinearSystem& equations, const VectorX& start) {
+  ++context.budget.local_searches;
+  return optimise_with_equalities(context, objective, equations, start, "slsqp",
+                                  make_stopping_criteria(context, objective));
+}
+
 Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjective& objective,
                                  const NonlinearSystem& equations,
                                  const std::function<VectorX(const VectorX&)>& restore,

@@ -21,6 +21,10 @@ std::optional<VectorX> minimise_max_terms_from(const SolverContext& context, con
 std::vector<VectorX> minimise_max_terms(const SolverContext& context, const ScaledObjective& objective,
                                         const VectorX& start);
 
+/// Descends from an exact solution along gradients, with the conditions as equalities; the end may miss them slightly.
+VectorX minimise_along_conditions(const SolverContext& context, const ScaledObjective& objective,
+                                  const NonlinearSystem& equations, const VectorX& start);
+
 /// Local searches from exact solutions, with the conditions as equalities or in their tangent space. Final steps along
 /// all tangents ensure that no search ends at a bound from which a step back would help.
 /// @param restore projects a point near the conditions onto them

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 
@@ -71,6 +72,52 @@ std::optional<std::vector<int>> find_vanishing_variables(const DesignSpace& spac
   return numbers;
 }
 
+/// For each node of the graph, whether its value depends on an input.
+std::vector<bool> find_dependent_nodes(const ExpressionGraph& graph, int input) {
+  std::vector<bool> depends;
+  for (const ExpressionNode& node : graph.nodes())
+    depends.push_back((node.operation == Operation::input && node.input == input) ||
+                      std::any_of(node.arguments.begin(), node.arguments.end(), [&](int argument) {
+                        return argument >= 0 && depends[static_cast<std::size_t>(argument)];
+                      }));
+  return depends;
+}
+
+MechanismOf<Expression> without_element(MechanismOf<Expression> mechanism, const std::string& section,
+                                        const std::string& name) {
+  const auto has_name = [&](const auto& one) { return one.name == name; };
+  if (section == "springs") std::erase_if(mechanism.springs, has_name);
+  if (section == "discs") std::erase_if(mechanism.discs, has_name);
+  if (section == "counterweights")
+    std::erase_if(mechanism.attachments,
+                  [&](const auto& one) { return one.kind == AttachmentKind::counterweight && one.name == name; });
+  return mechanism;
+}
+
+/// Variables that no number of the mechanism and of the trajectories depends on except those of the element.
+std::vector<int> find_own_variables(const DesignSpace& space, const std::string& section, const std::string& name,
+                                    const std::vector<int>& vanishing_variables) {
+  const MechanismOf<Expression> others = without_element(space.recording->mechanism, section, name);
+  std::vector<int> own;
+  for (std::size_t i = 0; i < space.free_inputs.size(); ++i) {
+    const int number = static_cast<int>(i);
+    if (std::find(vanishing_variables.begin(), vanishing_variables.end(), number) != vanishing_variables.end())
+      continue;
+    const std::vector<bool> depends = find_dependent_nodes(space.recording->graph, space.free_inputs[i]);
+    bool has_effect = false;
+    const auto visit = [&](const Expression& x) {
+      has_effect = has_effect || (!x.is_constant() && depends[static_cast<std::size_t>(x.node())]);
+      return x.value();
+    };
+    convert_mechanism<double>(space.recording->mechanism, visit);
+    if (!std::exchange(has_effect, false)) continue;
+    convert_mechanism<double>(others, visit);
+    for (const auto& trajectory : space.recording->trajectories) cast_scalar<double>(trajectory, visit);
+    if (!has_effect) own.push_back(number);
+  }
+  return own;
+}
+
 }  // namespace
 
 std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space) {
@@ -80,7 +127,8 @@ std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& spa
     for (const OptionalElementText& element : request.elements) {
       const auto numbers = find_vanishing_variables(space, request.section, element.name);
       if (numbers)
-        choice.elements.push_back({element.name, *numbers});
+        choice.elements.push_back(
+            {element.name, *numbers, find_own_variables(space, request.section, element.name, *numbers)});
       else if (!request.is_whole_section)
         throw std::invalid_argument(
             fmt::format("design.choose.{}: {} cannot be left out: its mass, inertia, stiffness or preload must be a "

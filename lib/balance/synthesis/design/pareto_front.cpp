@@ -2,8 +2,9 @@
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/elementary.hpp"
-#include "balance/mechanics/results/metrics.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/load_case_study.hpp"
@@ -136,15 +137,6 @@ std::string sum_text(const std::vector<ObjectiveTerm>& terms) {
   return text;
 }
 
-/// Unit of a single figure; empty for a sum.
-std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
-  const ObjectiveTerm& term = terms.front();
-  if (terms.size() != 1 || term.weight != 1) return "";
-  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
-  if (term.size != ObjectiveTerm::Size::none) return "kg";
-  return term.run == ObjectiveTerm::RunMeasure::duration ? "s" : find_metric_unit(mechanism, term.quantity);
-}
-
 DesignSpace without_front(DesignSpace space) {
   if (!space.start.design.front) throw std::invalid_argument("the spec has no front");
   space.start.design.minimize = space.start.design.front.figures.front();
@@ -167,7 +159,7 @@ bool is_design(const DesignOutcome& outcome) {
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,
                                                  int planned_searches)
     : request_(space.start.design.front),
-      base_(without_front(space)),
+      base_(follow_assembly_mode(without_front(space))),
       options_(own_terms(options)),
       start_time_(thread_cpu_time()),
       planned_searches_(planned_searches) {
@@ -191,7 +183,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
   for (int j = 0; j < figure_count(); ++j) {
     if (std::isnan(constraint.limits[j])) continue;
     const auto& terms = request_.figures[static_cast<std::size_t>(j)];
-    const std::string unit = sum_unit(terms, base_.start.mechanism);
+    const std::string unit = objective_unit(terms, base_.start.mechanism);
     design.subject_to.push_back(
         {fmt::format("{} <= {:g}{}{}", sum_text(terms), constraint.limits[j], unit.empty() ? "" : " ", unit), terms,
          false, constraint.limits[j], unit, base_.start.design.cases.aggregation});
@@ -206,6 +198,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
 /// Options with an equal share of the remaining time; unused time is left to later searches.
 DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
   DesignStudyOptions search_options = options_;
+  search_options.is_single_pass = true;
   const double remaining_time = options_.search.max_time - (thread_cpu_time() - start_time_);
   search_options.search.max_time =
       std::max(min_search_time, remaining_time / std::max(1, planned_searches_ - searches_));
@@ -462,6 +455,29 @@ class ParetoFrontBuilder {
     const int grid_size = std::max(2, static_cast<int>(std::sqrt(static_cast<double>(max_points_))));
     for (int row = 0; row < grid_size && !search_.is_budget_exhausted(); ++row)
       fill_row(row / (grid_size - 1.0), grid_size);
+    drop_dominated();
+    while (static_cast<int>(front_.points.size()) < max_points_ && !search_.is_budget_exhausted())
+      if (!fill_widest_gap()) return;
+  }
+
+  /// Limits the second figure in the middle of its widest gap between points: rows of the grid collapse where the other
+  /// two figures do not conflict. @return whether there are new points
+  bool fill_widest_gap() {
+    std::vector<double> values;
+    for (const ParetoPoint& point : front_.points) values.push_back(point.values[1]);
+    std::sort(values.begin(), values.end());
+    std::size_t widest = 0;
+    for (std::size_t k = 0; k + 1 < values.size(); ++k)
+      if (values[k + 1] - values[k] > values[widest + 1] - values[widest]) widest = k;
+    if (values.size() < 2 || !(values[widest + 1] - values[widest] > separation()[1])) return false;
+    VectorX limits = search_.no_limits();
+    limits[1] = (values[widest] + values[widest + 1]) / 2;
+    const std::size_t count = front_.points.size();
+    for (const int i : {0, 2})
+      if (static_cast<int>(front_.points.size()) < max_points_) find_point_within(i, limits);
+    const bool has_new_points = front_.points.size() > count;
+    drop_dominated();
+    return has_new_points && front_.points.size() > count;
   }
 
   void fill_row(double fraction, int grid_size) {

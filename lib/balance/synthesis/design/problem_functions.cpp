@@ -49,7 +49,10 @@ ScaledObjective::ScaledObjective(const SolverContext& context, const Objective& 
   if (!objective_.function) throw std::invalid_argument("an objective needs a function");
   parameters_ = find_parameter_indices(context.classification.base_mechanism, context.problem.options.loose_springs,
                                        context.classification.loose_springs);
-  convex_ = objective_.is_of_parameters() && objective_.is_convex && is_affine_in_variables();
+  const bool is_curved_one_way = objective_.is_convex || objective_.is_concave;
+  const bool is_affine = objective_.is_of_parameters() && is_curved_one_way && is_affine_in_variables();
+  convex_ = objective_.is_convex && is_affine;
+  concave_ = objective_.is_concave && is_affine;
 }
 
 double ScaledObjective::evaluate_by_simulation(const VectorX& u) const {
@@ -161,7 +164,8 @@ DesignLimits::DesignLimits(const SolverContext& context) : limits_(context.probl
 
 bool DesignLimits::is_convex() const {
   for (std::size_t k = 0; k < limits_.size(); ++k)
-    if (!limits_[k].figure.is_constant && (limits_[k].is_lower || !figures_[k].is_convex())) return false;
+    if (!limits_[k].figure.is_constant && !(limits_[k].is_lower ? figures_[k].is_concave() : figures_[k].is_convex()))
+      return false;
   return true;
 }
 

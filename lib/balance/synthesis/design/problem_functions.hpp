@@ -26,6 +26,7 @@ class ScaledObjective {
   /// Whether the objective is convex in the variables: convex in parameters that depend on the variables affinely where
   /// they matter.
   bool is_convex() const { return convex_; }
+  bool is_concave() const { return concave_; }
   /// Values up to this are round-off, judged by the values at the start, the centre and the ends of the bounds.
   double round_off() const;
   /// A lower bound of all values.
@@ -40,7 +41,7 @@ class ScaledObjective {
   const SolverContext& context_;
   const Objective& objective_;
   std::vector<int> parameters_;  ///< the features that the objective depends on
-  bool convex_ = false;
+  bool convex_ = false, concave_ = false;
 };
 
 // Limits on figures as inequalities in unit coordinates.

@@ -1,7 +1,9 @@
 #include "balance/synthesis/design/required_motions.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/mechanics/model/mechanism_conversion.hpp"
 #include "balance/mechanics/model/validation.hpp"
+#include "balance/mechanics/trajectory/trajectory_conversion.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
@@ -47,13 +49,28 @@ RequiredMotions::RequiredMotions(const Study& start) : coordinates_(balance::sta
     for (const Trajectory& trajectory : candidates) motions_.push_back(trajectory.name);
 }
 
+VectorX RequiredMotions::numbers(const DesignInstance& instance) const {
+  std::vector<double> all;
+  for (const Trajectory& trajectory : instance.trajectories) {
+    const VectorX one = collect_motion_numbers(instance.mechanism, trajectory);
+    all.insert(all.end(), one.begin(), one.end());
+  }
+  return Eigen::Map<const VectorX>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
 std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance) const {
+  if (!instance.mode_issue.empty()) return instance.mode_issue;
   for (const Trajectory& trajectory : instance.trajectories) {
     if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
     const std::string why = motion_failure_reason(instance.mechanism, reduce_samples(trajectory));
     if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
   }
   return "";
+}
+
+Mechanism RequiredMotions::assembled_mechanism(DesignInstance instance, bool is_mode_followed) const {
+  if (is_mode_followed && instance.mode_issue.empty()) return std::move(instance.mechanism);
+  return assembled_at(std::move(instance.mechanism), coordinates_);
 }
 
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
@@ -72,6 +89,22 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
       }))
     fail("static friction is less than dry friction with these numbers");
   return instance;
+}
+
+VectorX collect_motion_numbers(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Mechanism massless = mechanism;
+  for (Body& body : massless.bodies) body.mass = 0, body.com.setZero(), body.inertia.setZero();
+  for (Attachment& extra : massless.attachments) extra.mass = 0, extra.position.setZero(), extra.inertia.setZero();
+  for (Disc& disc : massless.discs) disc.mass = 0, disc.inertia.setZero();
+  for (Spring& spring : massless.springs) spring.stiffness = spring.preload = 0;
+  std::vector<double> numbers;
+  const auto collect = [&](double x) {
+    numbers.push_back(x);
+    return x;
+  };
+  convert_mechanism<double>(massless, collect);
+  cast_scalar<double>(trajectory, collect);
+  return Eigen::Map<const VectorX>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
 std::string find_validation_issue(const Mechanism& mechanism) {

@@ -14,8 +14,11 @@ class RequiredMotions {
  public:
   explicit RequiredMotions(const Study& start);
 
-  /// Coordinates of the assembled initial mechanism; empty if it cannot be assembled.
-  const std::vector<CoordinateValue>& start_coordinates() const { return coordinates_; }
+  /// The mechanism of an instance, assembled in the mode that is followed or else as near as possible to the initial
+  /// mechanism.
+  Mechanism assembled_mechanism(DesignInstance instance, bool is_mode_followed) const;
+  /// All numbers that decide about feasibility: instances with the same numbers are equally feasible.
+  VectorX numbers(const DesignInstance& instance) const;
   /// Why the first infeasible motion cannot be performed; empty if all are feasible.
   std::string infeasibility_reason(const DesignInstance& instance) const;
 
@@ -32,5 +35,10 @@ std::string find_validation_issue(const Mechanism& mechanism);
 /// The mechanism and its trajectories for values of the free numbers.
 /// @throws SpecError if an expression of the mechanism has no value
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x);
+
+/// All numbers of a mechanism and a trajectory that its motion along it, and forces per unit of the parameters, depend on:
+/// all but masses, inertias, the attachments' places and the springs' stiffness. Trajectories that depend on masses
+/// (is_mass_dependent) are not determined by them.
+VectorX collect_motion_numbers(const Mechanism& mechanism, const Trajectory& trajectory);
 
 }  // namespace balance

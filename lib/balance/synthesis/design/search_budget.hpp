@@ -3,11 +3,13 @@
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/incumbent.hpp"
 
 #include <algorithm>
 #include <functional>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace balance::design {
 
@@ -57,9 +59,10 @@ class SearchBudget {
   int starts = 0;        ///< number of starts for solving the conditions
   int solutions = 0;     ///< number of different solutions found
   int local_searches = 0;
-  int evaluations = 0;      ///< of the objective
-  int repeated_optima = 0;  ///< local searches over lengths that ended at the best value
-  int geometries = 0;       ///< sets of lengths and ratios at which the other numbers were solved for
+  int evaluations = 0;       ///< of the objective
+  int geometries = 0;        ///< sets of lengths and ratios at which the other numbers were solved for
+  Incumbent incumbent;       ///< the best design so far
+  std::vector<double> ends;  ///< values at which independent starts ended; NaN: without a design
 
  private:
   static constexpr double min_remaining_time = 1e-3;

@@ -1,6 +1,8 @@
 #include "balance/synthesis/design/solution_analysis.hpp"
 
+#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
@@ -13,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::design {
 
@@ -181,7 +184,6 @@ void determine_status(DesignOutcome& outcome) {
       outcome.unmet_conditions.push_back(static_cast<int>(k));
   if (outcome.conditions.goals.empty() && total == 0) {
     outcome.status = DesignStatus::no_goal;
-    outcome.reason = "there is no goal: nothing to balance";
     return;
   }
   if (outcome.unmet_conditions.empty()) {
@@ -292,6 +294,165 @@ MatrixX span_feasible_directions(const MatrixX& basis, const MatrixX& limits) {
   return restrict_to_null_space(basis, limits(equality_rows, Eigen::all), null_space_tolerance);
 }
 
+std::vector<int> list_moving_variables(const MatrixX& basis) {
+  std::vector<int> numbers;
+  for (Eigen::Index i = 0; i < basis.rows(); ++i)
+    if (basis.cols() > 0 && basis.row(i).norm() > null_space_tolerance) numbers.push_back(static_cast<int>(i));
+  return numbers;
+}
+
+}  // namespace
+
+FigureFace::FigureFace(const SolverContext& context, VectorX u, std::vector<AffineFigure> figures)
+    : context_(context), u_(std::move(u)), figures_(std::move(figures)) {
+  context_.features.evaluate(u_, parameters_, &slopes_);
+}
+
+std::optional<FigureFace> FigureFace::make(const SolverContext& context, const VectorX& u) {
+  if (!context.problem.model->capabilities().has_convex_terms) return std::nullopt;
+  try {
+    auto figures = context.problem.model->convex_terms(context.scaling.to_variables(u), FigureSampling::full);
+    if (!figures) return std::nullopt;
+    return FigureFace(context, u, std::move(*figures));
+  } catch (const SpecError&) {
+    return std::nullopt;  // an expression of the spec has no value here
+  } catch (const DeadlineExceeded&) {
+    return std::nullopt;
+  }
+}
+
+namespace {
+
+/// Samples of a peak within this fraction of it count as reaching it.
+constexpr double peak_tie_tolerance = 1e-7;
+
+/// The samples of a series: components × samples.
+MatrixX sample_values(const AffineSeries& series, const VectorX& features) {
+  const Eigen::Index p = series.rows.cols() - 1;
+  const VectorX values = series.rows.leftCols(p) * features.head(p) + series.rows.col(p);
+  return values.reshaped(series.components, series.time_weights.size());
+}
+
+/// What a peak or a maximum is taken of, sample by sample.
+VectorX sample_sizes(const AffineFigure& figure, const MatrixX& values) {
+  if (figure.figure == Statistic::maximum) return values.row(0).transpose();
+  return values.colwise().norm().transpose();
+}
+
+double series_value(const AffineFigure& figure, const AffineSeries& series, const VectorX& features) {
+  const MatrixX values = sample_values(series, features);
+  if (figure.figure != Statistic::rms) return max_coefficient(sample_sizes(figure, values));
+  return std::sqrt(values.colwise().squaredNorm().dot(series.time_weights.transpose()));
+}
+
+double worst_value(const AffineFigure& figure, const VectorX& features) {
+  double worst = -std::numeric_limits<double>::infinity();
+  for (const AffineSeries& series : figure.series) worst = std::max(worst, series_value(figure, series, features));
+  return worst;
+}
+
+/// The triangle of a QR factorisation, which has the same null space and the same norm.
+MatrixX compress(const MatrixX& rows) {
+  if (rows.rows() <= rows.cols()) return rows;
+  const Eigen::HouseholderQR<MatrixX> qr(rows);
+  return qr.matrixQR().topRows(rows.cols()).triangularView<Eigen::Upper>();
+}
+
+MatrixX stack(const std::vector<MatrixX>& blocks, Eigen::Index columns) {
+  Eigen::Index rows = 0;
+  for (const MatrixX& block : blocks) rows += block.rows();
+  MatrixX all(rows, columns);
+  Eigen::Index first = 0;
+  for (const MatrixX& block : blocks) {
+    all.middleRows(first, block.rows()) = block;
+    first += block.rows();
+  }
+  return all;
+}
+
+}  // namespace
+
+MatrixX FigureFace::constant_rows() const {
+  const MatrixX rows = constant_parameter_rows();
+  return rows * slopes_.topRows(rows.cols());
+}
+
+MatrixX FigureFace::constant_parameter_rows() const {
+  std::vector<MatrixX> blocks;
+  VectorX linear;
+  Eigen::Index parameter_count = 0;
+  const auto add = [&](const AffineSeries& series, const MatrixX& rows) {
+    parameter_count = rows.cols();
+    const MatrixX all = series.rows.leftCols(rows.cols()) * slopes_.topRows(rows.cols());
+    // in units of the effect of all numbers, so that figures of different units can be compared
+    if (const double size = all.norm(); size > 0) blocks.push_back(compress(rows) / size);
+  };
+  for (const AffineFigure& figure : figures_) {
+    if (figure.weight == 0) continue;
+    if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
+      if (linear.size() == 0) linear.setZero(p);
+      parameter_count = p;
+      linear += figure.weight * figure.coefficients;
+      continue;
+    }
+    const double worst = worst_value(figure, parameters_);
+    for (const AffineSeries& series : figure.series) {
+      const double threshold = worst - peak_tie_tolerance * std::abs(worst);
+      if (series_value(figure, series, parameters_) < threshold) continue;
+      const MatrixX parameter_rows = series.rows.leftCols(series.rows.cols() - 1);
+      if (figure.figure == Statistic::rms || worst == 0) {
+        add(series, parameter_rows);
+        continue;
+      }
+      const VectorX sizes = sample_sizes(figure, sample_values(series, parameters_));
+      std::vector<Eigen::Index> rows;
+      for (Eigen::Index k = 0; k < sizes.size(); ++k)
+        for (Eigen::Index c = 0; sizes[k] >= threshold && c < series.components; ++c)
+          rows.push_back(k * series.components + c);
+      add(series, parameter_rows(rows, Eigen::all));
+    }
+  }
+  if (linear.size() > 0)
+    if (const double size = (slopes_.topRows(linear.size()).transpose() * linear).norm(); size > 0)
+      blocks.emplace_back(linear.transpose() / size);
+  return stack(blocks, parameter_count);
+}
+
+bool FigureFace::add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const {
+  constexpr std::size_t max_cuts = 20;
+  VectorX features;
+  MatrixX slopes;
+  context_.features.evaluate(trial, features, &slopes);
+  bool has_cuts = false;
+  for (const AffineFigure& figure : figures_) {
+    if (figure.figure == Statistic::rms || figure.series.empty()) continue;
+    const double limit = worst_value(figure, parameters_);
+    for (const AffineSeries& series : figure.series) {
+      const MatrixX values = sample_values(series, features);
+      const VectorX sizes = sample_sizes(figure, values);
+      std::vector<Eigen::Index> exceeded;
+      for (Eigen::Index k = 0; k < sizes.size(); ++k)
+        if (sizes[k] > limit + 1e-11 * std::abs(limit)) exceeded.push_back(k);
+      std::sort(exceeded.begin(), exceeded.end(), [&](Eigen::Index a, Eigen::Index b) { return sizes[a] > sizes[b]; });
+      exceeded.resize(std::min(exceeded.size(), max_cuts));
+      for (const Eigen::Index k : exceeded) {
+        const MatrixX rows = series.rows.middleRows(k * series.components, series.components);
+        const bool is_signed = figure.figure == Statistic::maximum;
+        const MatrixX direction = is_signed ? MatrixX::Ones(1, 1) : MatrixX(values.col(k).transpose() / sizes[k]);
+        const VectorX normal =
+            (direction * rows.leftCols(rows.cols() - 1) * slopes.topRows(rows.cols() - 1)).transpose();
+        const double scale = std::abs(sizes[k]);
+        program.add_row(-no_bound, basis.transpose() * normal / scale,
+                        (limit - sizes[k] + normal.dot(trial - u_)) / scale);
+        has_cuts = true;
+      }
+    }
+  }
+  return has_cuts;
+}
+
+namespace {
+
 /// Directions along which the objective has neither slope nor curvature.
 MatrixX find_flat_directions(const ScaledObjective& objective, const MatrixX& basis, const VectorX& u) {
   VectorX slope;
@@ -318,34 +479,154 @@ MatrixX find_flat_directions(const ScaledObjective& objective, const MatrixX& ba
   return flat * solver.eigenvectors()(Eigen::all, flat_columns);
 }
 
-std::vector<int> list_moving_variables(const MatrixX& basis) {
+/// Unit vectors of the variables that may take any value between their bounds.
+MatrixX continuous_directions(const SolverContext& context) {
+  std::vector<Eigen::Index> numbers;
+  for (int i = 0; i < context.scaling.size(); ++i)
+    if (context.scaling.half_width()[i] > 0 &&
+        context.problem.variables[static_cast<std::size_t>(i)].discrete_values.empty())
+      numbers.push_back(i);
+  return MatrixX::Identity(context.scaling.size(), context.scaling.size())(Eigen::all, numbers);
+}
+
+/// The conditions' derivatives at one geometry.
+MatrixX mass_jacobian(const SolverContext& context, const Conditions& conditions, const VectorX& u) {
+  if (conditions.matrix.rows() == 0) return MatrixX(0, u.size());
+  VectorX residual;
+  MatrixX jacobian;
+  ConditionResidual(context, conditions).evaluate(u, residual, &jacobian);
+  return jacobian;
+}
+
+/// The conditions' derivatives. @return false if they cannot be computed
+bool compute_jacobian(const SolverContext& context, const Conditions& conditions, const VectorX& u, MatrixX& jacobian) {
+  jacobian = mass_jacobian(context, conditions, u);
+  if (jacobian.rows() == 0 || !context.classification.has_geometric()) return true;
+  const NonlinearSystem equations = make_equations_near(context, u, {});
+  VectorX values;
+  if (!equations.evaluate || !equations.evaluate(u, values, &jacobian)) return false;
+  jacobian.conservativeResize(equations.primary_rows, Eigen::NoChange);
+  return true;
+}
+
+constexpr double precise_null_space_tolerance = 1e-9;
+
+/// Directions along which a simulated figure stays the same, found by its values: those in which it has neither slope
+/// nor curvature.
+class SimulatedFlatness {
+ public:
+  SimulatedFlatness(const ScaledObjective& objective, const VectorX& u) : objective_(objective), centre_(u) {
+    for (double& value : centre_) value = std::clamp(value, -1 + 2 * step, 1 - 2 * step);
+    value_ = objective(centre_, nullptr);
+    scale_ = std::max(std::abs(value_), std::abs(objective(u, nullptr)));
+  }
+
+  /// @return std::nullopt if it cannot be decided
+  std::optional<MatrixX> find(const MatrixX& basis) const {
+    constexpr Eigen::Index max_directions = 6;
+    if (!std::isfinite(value_) || basis.cols() > max_directions) return std::nullopt;
+    return restrict_by_curvature(restrict_by_slope(basis));
+  }
+
+ private:
+  static constexpr double step = 1e-3;
+  static constexpr double value_tolerance = 1e-9;  ///< relative; a curvature of a thousandth of the figure exceeds it
+
+  double change(const VectorX& offset) const {
+    const double value = objective_(centre_ + offset, nullptr);
+    return std::isfinite(value) ? value - value_ : std::numeric_limits<double>::infinity();
+  }
+  bool is_constant_along(const VectorX& direction) const {
+    return std::abs(change(step * direction)) <= value_tolerance * scale_ &&
+           std::abs(change(-step * direction)) <= value_tolerance * scale_;
+  }
+
+  MatrixX restrict_by_slope(const MatrixX& basis) const {
+    VectorX slope(basis.cols());
+    for (Eigen::Index k = 0; k < basis.cols(); ++k)
+      slope[k] = (change(step * basis.col(k)) - change(-step * basis.col(k))) / (2 * step);
+    if (!slope.allFinite()) return MatrixX(basis.rows(), 0);
+    if (slope.norm() <= null_space_tolerance * scale_) return basis;
+    return restrict_to_null_space(basis, (basis * slope).transpose(), null_space_tolerance);
+  }
+
+  MatrixX restrict_by_curvature(const MatrixX& basis) const {
+    const Eigen::Index n = basis.cols();
+    const auto second_difference = [&](const VectorX& d) { return change(step * d) + change(-step * d); };
+    MatrixX curvature(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) curvature(i, i) = second_difference(basis.col(i));
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < i; ++j)
+        curvature(i, j) = curvature(j, i) =
+            (second_difference(basis.col(i) + basis.col(j)) - curvature(i, i) - curvature(j, j)) / 2;
+    if (!curvature.allFinite()) return MatrixX(basis.rows(), 0);
+    const SymmetricEigenSolver solver(curvature);
+    std::vector<Eigen::Index> flat;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (is_constant_along(basis * solver.eigenvectors().col(k))) flat.push_back(k);
+    return basis * solver.eigenvectors()(Eigen::all, flat);
+  }
+
+  const ScaledObjective& objective_;
+  VectorX centre_;
+  double value_ = 0, scale_ = 0;
+};
+
+/// Directions within `free` along which the objective stays the same; std::nullopt if this is unknown.
+std::optional<MatrixX> find_optimal_directions(const SolverContext& context, const ScaledObjective& objective,
+                                               const Conditions& conditions, const MatrixX& free, const VectorX& u) {
   std::vector<int> numbers;
-  for (Eigen::Index i = 0; i < basis.rows(); ++i)
-    if (basis.cols() > 0 && basis.row(i).norm() > null_space_tolerance) numbers.push_back(static_cast<int>(i));
-  return numbers;
+  for (int i = 0; i < context.scaling.size(); ++i)
+    if (!context.classification.is_geometric[static_cast<std::size_t>(i)]) numbers.push_back(i);
+  const bool has_fixed_motion = !context.classification.has_geometric() && !objective.is_simulated();
+  MatrixX masses = find_flat_mass_directions(context, objective, conditions, u, numbers);
+  if (has_fixed_motion || free.cols() == masses.cols()) return masses;
+  // what is left: lengths, motions, and figures of which only values are known
+  const MatrixX rest = restrict_to_null_space(free, masses.transpose(), null_space_tolerance);
+  const std::optional<MatrixX> others = SimulatedFlatness(objective, u).find(rest);
+  if (!others) return std::nullopt;
+  MatrixX all(u.size(), masses.cols() + others->cols());
+  all << masses, *others;
+  return all;
 }
 
 }  // namespace
 
-SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSystem& equations,
-                                 const ScaledObjective* objective, const VectorX& u, bool precise) {
+MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective& objective,
+                                  const Conditions& conditions, const VectorX& u, const std::vector<int>& numbers) {
+  MatrixX basis = continuous_directions(context);
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index k = 0; k < basis.cols(); ++k)
+    if (std::any_of(numbers.begin(), numbers.end(), [&](int i) { return basis(i, k) != 0; })) columns.push_back(k);
+  basis = basis(Eigen::all, columns).eval();
+  basis = restrict_to_null_space(basis, mass_jacobian(context, conditions, u), precise_null_space_tolerance);
+  if (basis.cols() == 0) return basis;
+  if (const auto face = FigureFace::make(context, u))
+    return restrict_to_null_space(basis, face->constant_rows(), null_space_tolerance);
+  return objective.is_simulated() ? MatrixX(u.size(), 0) : find_flat_directions(objective, basis, u);
+}
+
+SolutionSet analyse_solution_set(const SolverContext& context, const ScaledObjective* objective,
+                                 const Conditions& conditions, const VectorX& u) {
   SolutionSet solution_set;
-  const auto n = u.size();
-  VectorX values;
-  MatrixX jacobian(0, n);
-  if (equations.primary_rows > 0 && !equations.evaluate(u, values, &jacobian)) return solution_set;
-  const MatrixX rows = jacobian.topRows(equations.primary_rows);
+  MatrixX jacobian;
+  if (!compute_jacobian(context, conditions, u, jacobian)) return solution_set;
   const MatrixX limits = active_constraint_normals(context, u);
-  const MatrixX free = restrict_to_null_space(MatrixX::Identity(n, n), rows, precise ? 1e-9 : null_space_tolerance);
+  const MatrixX free = restrict_to_null_space(
+      continuous_directions(context), jacobian,
+      context.classification.has_geometric() ? null_space_tolerance : precise_null_space_tolerance);
   MatrixX directions = span_feasible_directions(free, limits);
-  solution_set.dimension = static_cast<int>(directions.cols());
-  solution_set.free_variables = list_moving_variables(directions);
+  if (!context.problem.goals.empty()) {
+    solution_set.dimension = static_cast<int>(directions.cols());
+    solution_set.free_variables = list_moving_variables(directions);
+  }
   if (objective == nullptr) {
     solution_set.optimal_dimension = solution_set.dimension;
     return solution_set;
   }
-  if (objective->is_simulated() || !precise) return solution_set;  // the objective along these directions is unknown
-  directions = span_feasible_directions(find_flat_directions(*objective, free, u), limits);
+  const std::optional<MatrixX> optimal = find_optimal_directions(context, *objective, conditions, free, u);
+  if (!optimal) return solution_set;
+  directions = span_feasible_directions(*optimal, limits);
   solution_set.optimal_dimension = static_cast<int>(directions.cols());
   solution_set.free_variables = list_moving_variables(directions);
   return solution_set;
@@ -359,10 +640,7 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
   if (budget.solutions > 0 && target == SearchTarget::objective)
     parts.push_back(count_noun(budget.solutions, "exact design", "exact designs"));
   if (budget.geometries > 0) parts.push_back(count_noun(budget.geometries, "set of lengths", "sets of lengths"));
-  if (budget.local_searches > 0)
-    parts.push_back(
-        count_noun(budget.local_searches, "local search", "local searches") +
-        (budget.repeated_optima > 0 ? fmt::format(" ({} of them as good as the best)", budget.repeated_optima) : ""));
+  if (budget.local_searches > 0) parts.push_back(count_noun(budget.local_searches, "local search", "local searches"));
   if (budget.evaluations > 0) parts.push_back(count_noun(budget.evaluations, "evaluation", "evaluations"));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
@@ -371,9 +649,8 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
 
 SearchEffort make_search_effort(const SearchBudget& budget, SearchTarget target, bool proved) {
   using End = SearchEffort::Termination;
-  SearchEffort effort{
-      budget.starts,     budget.local_searches, budget.repeated_optima > 0 ? budget.repeated_optima : -1,
-      budget.geometries, budget.evaluations,    End::starts_exhausted};
+  SearchEffort effort{budget.starts,      budget.local_searches, budget.geometries,
+                      budget.evaluations, budget.ends,           End::starts_exhausted};
   const bool has_searched = budget.starts + budget.local_searches + budget.geometries + budget.evaluations > 0;
   effort.termination = proved                            ? End::proved
                        : budget.stopped                  ? End::time_limit

@@ -2,6 +2,7 @@
 /// Analysis of a design's conditions: which variables occur in them, which conditions are unmet, and why they cannot be
 /// met.
 
+#include "balance/foundation/numerics/linear_program.hpp"
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
@@ -26,13 +27,46 @@ void determine_status(DesignOutcome& outcome);
 
 // Dimension of the set of equivalent designs.
 
+/// The figures of an objective near a design, at its geometry and along its motion: norms of functions that are affine
+/// in the parameters.
+class FigureFace {
+ public:
+  /// @return std::nullopt if the model has no convex terms, or no motion at u
+  static std::optional<FigureFace> make(const SolverContext& context, const VectorX& u);
+
+  /// Rows over the parameters that vanish for changes with which no figure changes: all samples of an rms, the samples
+  /// at which a peak is reached.
+  MatrixX constant_parameter_rows() const;
+  /// The same over the unit coordinates.
+  MatrixX constant_rows() const;
+  /// The parameters at the design.
+  const VectorX& parameters() const { return parameters_; }
+  /// Adds to a program over z, with unit coordinates u + basis · z, the tangents of the peaks that a trial increases.
+  /// @return whether there are any
+  bool add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const;
+
+ private:
+  FigureFace(const SolverContext& context, VectorX u, std::vector<AffineFigure> figures);
+
+  const SolverContext& context_;
+  VectorX u_, parameters_;  ///< all features, of which the parameters come first
+  MatrixX slopes_;          ///< of the features by the unit coordinates
+  std::vector<AffineFigure> figures_;
+};
+
+/// Orthonormal directions over `numbers`, which change masses but not the geometry, in which neither a condition nor the
+/// objective changes.
+/// @param conditions at u
+MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective& objective,
+                                  const Conditions& conditions, const VectorX& u, const std::vector<int>& numbers);
+
 /// Dimension of the set of solutions near u: the null space of the conditions' Jacobian, restricted by the bounds and
 /// physical limits active at u. With an objective, also the dimension of the set of optimal solutions, which excludes
 /// directions along which the objective has slope or curvature.
 /// @param objective nullptr: no objective
-/// @param precise whether the Jacobian is exact rather than computed by differences
-SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSystem& equations,
-                                 const ScaledObjective* objective, const VectorX& u, bool precise);
+/// @param conditions at u
+SolutionSet analyse_solution_set(const SolverContext& context, const ScaledObjective* objective,
+                                 const Conditions& conditions, const VectorX& u);
 
 // Optimality claims of a design.
 

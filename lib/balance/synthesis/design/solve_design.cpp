@@ -5,9 +5,13 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
+#include "balance/synthesis/design/limit_relaxation.hpp"
+#include "balance/synthesis/design/multistart.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_once.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
+#include "balance/synthesis/design/tie_breaking.hpp"
 
 #include <fmt/format.h>
 
@@ -85,12 +89,122 @@ namespace {
 
 using namespace design;
 
-/// Limits with a violation above minus this are active.
-constexpr double active_limit_tolerance = 1e-5;
-
 bool is_success(const DesignOutcome& outcome) {
   return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
 }
+
+/// Whether one result of the same problem is better than another: within the limits first, then balanced, then by the
+/// objective.
+bool is_better(const DesignOutcome& one, const DesignOutcome& other) {
+  const auto rank = [](const DesignOutcome& outcome) {
+    const bool is_design =
+        outcome.status != DesignStatus::unsolved && outcome.status != DesignStatus::no_feasible_start;
+    return (is_design ? 1 : 0) + (is_design && outcome.within_limits ? 2 : 0) + (is_success(outcome) ? 4 : 0);
+  };
+  if (rank(one) != rank(other)) return rank(one) > rank(other);
+  return one.objective < other.objective;
+}
+
+/// Repeats a search from other starts, with other seeds, until enough starts agree or time or starts are used up. What
+/// it does first does not depend on the time that is left, so that more time never gives a worse design.
+class RepeatedSearch {
+ public:
+  using Search = std::function<DesignOutcome(const DesignProblem&)>;
+
+  RepeatedSearch(const DesignProblem& problem, const Search& search)
+      : problem_(problem), search_(search), start_time_(thread_cpu_time()) {}
+
+  DesignOutcome run(DesignOutcome first) {
+    best_ = std::move(first);
+    complete_ends(best_.effort, best_);
+    if (!is_repeatable()) return best_;
+    const std::vector<VectorX> starts = low_discrepancy_points(
+        problem_.search.max_restarts, static_cast<int>(problem_.variables.size()), problem_.search.seed);
+    effort_ = best_.effort;
+    for (std::size_t k = 0; k < starts.size() && !is_finished(); ++k) search_from(starts[k], k);
+    best_.effort = effort_;
+    if (best_.optimality == Optimality::local_optimum && is_interrupted_)
+      best_.optimality = Optimality::budget_exhausted;
+    using End = SearchEffort::Termination;
+    best_.effort.termination = best_.optimality == Optimality::proved_global ? End::proved
+                               : is_interrupted_                             ? End::time_limit
+                               : agreement().is_reached()                    ? End::starts_agree
+                                                                             : End::starts_exhausted;
+    return best_;
+  }
+
+ private:
+  bool is_repeatable() const {
+    return !problem_.is_subproblem && !problem_.is_single_pass && problem_.objective &&
+           best_.optimality == Optimality::local_optimum && std::isfinite(best_.objective);
+  }
+  StartAgreement agreement() const { return compare_starts(effort_.ends, best_.objective); }
+  double remaining_time() const { return problem_.search.max_time - (thread_cpu_time() - start_time_); }
+  bool is_finished() const {
+    return is_interrupted_ || best_.optimality == Optimality::proved_global || agreement().is_reached() ||
+           static_cast<int>(effort_.ends.size()) >= problem_.search.max_restarts;
+  }
+
+  /// A search without starts of its own is one start.
+  void complete_ends(SearchEffort& effort, const DesignOutcome& outcome) const {
+    if (effort.ends.empty() && std::isfinite(outcome.objective)) effort.ends.push_back(outcome.objective);
+  }
+
+  void search_from(const VectorX& u, std::size_t k) {
+    if (!(remaining_time() > 0)) return void(is_interrupted_ = true);
+    DesignProblem repeated = problem_;
+    repeated.search.seed = problem_.search.seed + 1 + k;
+    repeated.search.max_time = remaining_time();
+    for (std::size_t i = 0; i < repeated.variables.size(); ++i) {
+      DesignVariable& variable = repeated.variables[i];
+      const double centre = (variable.lower + variable.upper) / 2, half = (variable.upper - variable.lower) / 2;
+      variable.start = std::clamp(centre + half * u[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
+    }
+    if (problem_.on_progress)
+      repeated.on_progress = [this](const SearchProgress& progress) { return report(progress); };
+    DesignOutcome outcome;
+    try {
+      outcome = search_(repeated);
+    } catch (const SpecError&) {  // an expression of the spec has no value at the start
+      effort_.ends.push_back(std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
+    is_interrupted_ = outcome.optimality == Optimality::budget_exhausted;
+    complete_ends(outcome.effort, outcome);
+    if (is_success(outcome) != is_success(best_)) {
+      // ends of compromises say nothing about balanced designs
+      std::vector<double>& worse = is_better(outcome, best_) ? effort_.ends : outcome.effort.ends;
+      std::fill(worse.begin(), worse.end(), std::numeric_limits<double>::quiet_NaN());
+    }
+    add(outcome.effort);
+    if (!is_better(outcome, best_)) return;
+    outcome.start_objective = best_.start_objective;
+    outcome.residuals_before =
+        best_.residuals_before.size() == outcome.residuals_after.size() ? best_.residuals_before : VectorX();
+    best_ = std::move(outcome);
+  }
+
+  void add(const SearchEffort& effort) {
+    effort_.starts += effort.starts;
+    effort_.local_searches += effort.local_searches;
+    effort_.geometries += effort.geometries;
+    effort_.evaluations += effort.evaluations;
+    effort_.ends.insert(effort_.ends.end(), effort.ends.begin(), effort.ends.end());
+  }
+
+  bool report(const SearchProgress& progress) const {
+    return problem_.on_progress({thread_cpu_time() - start_time_, problem_.search.max_time,
+                                 effort_.starts + progress.starts, effort_.local_searches + progress.local_searches,
+                                 effort_.geometries + progress.geometries, effort_.evaluations + progress.evaluations});
+  }
+
+  const DesignProblem& problem_;
+  const Search& search_;
+  double start_time_;
+  DesignOutcome best_;
+  SearchEffort effort_;  ///< of all passes
+  bool is_interrupted_ = false;
+};
 
 /// Solves a design with limits. First searches from the start values. If this fails, or ends without a possible proof
 /// of optimality, searches again from the design with the minimum violation of the limits (or the maximum margin).
@@ -101,7 +215,7 @@ class LimitedDesignSolver {
   DesignOutcome run() {
     if (problem_.goals.empty() && !problem_.objective) return solve_limits_only();
     SingleSolve first = solve_once(problem_);
-    evaluate_limits(first.outcome);
+    evaluate_limits(problem_, first.outcome);
     const DesignStatus status = first.outcome.status;
     if (is_single_design(problem_)) return describe_only_design(std::move(first.outcome));
     const bool is_solved = is_success(first.outcome) && first.outcome.within_limits;
@@ -110,7 +224,7 @@ class LimitedDesignSolver {
         is_budget_exhausted(first))
       return first.outcome;
     DesignOutcome phase_one = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
-    evaluate_limits(phase_one);
+    evaluate_limits(problem_, phase_one);
     if (is_success(phase_one) && phase_one.within_limits)
       return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
     if (is_solved || (!is_success(phase_one) && first.outcome.within_limits)) return first.outcome;
@@ -121,7 +235,7 @@ class LimitedDesignSolver {
   /// For problems with neither goal nor objective.
   DesignOutcome solve_limits_only() const {
     DesignOutcome outcome = solve_once(make_phase_one_problem(problem_)).outcome;
-    evaluate_limits(outcome);
+    evaluate_limits(problem_, outcome);
     if (outcome.status == DesignStatus::unsolved) return outcome;
     if (!outcome.within_limits) return make_violating_outcome(outcome, outcome);
     reset_objective(outcome);
@@ -149,27 +263,13 @@ class LimitedDesignSolver {
     return problem;
   }
 
-  void evaluate_limits(DesignOutcome& outcome) const {
-    outcome.limits.clear();
-    double worst = -std::numeric_limits<double>::infinity();
-    for (const DesignLimit& limit : problem_.limits) {
-      LimitOutcome limit_outcome;
-      limit_outcome.value = evaluate_figure(problem_, limit.figure, outcome.x);
-      limit_outcome.violation = relative_violation(limit, limit_outcome.value);
-      limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
-      outcome.limits.push_back(limit_outcome);
-      if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;
-    }
-    outcome.within_limits = worst <= limit_tolerance;
-  }
-
   /// Repeats the search from a design within the limits; returns that design if this fails.
   DesignOutcome solve_from(DesignOutcome feasible) const {
     DesignProblem problem = remaining(problem_);
     for (std::size_t i = 0; i < problem.variables.size(); ++i)
       problem.variables[i].start = feasible.x[static_cast<Eigen::Index>(i)];
     DesignOutcome second = solve_once(problem).outcome;
-    evaluate_limits(second);
+    evaluate_limits(problem_, second);
     if (is_success(second) && second.within_limits) return second;
     reset_objective(feasible);
     feasible.optimality = !problem_.objective                                 ? Optimality::not_optimised
@@ -238,16 +338,143 @@ class LimitedDesignSolver {
 
 }  // namespace
 
+namespace {
+
+DesignOutcome solve_continuous(const DesignProblem& problem) {
+  const auto search = [](const DesignProblem& one) {
+    return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
+  };
+  const auto solve = [&](const DesignProblem& one) {
+    DesignOutcome outcome = search(one);
+    bound_by_relaxation(one, outcome, search);
+    return outcome;
+  };
+  const double start_time = thread_cpu_time();
+  DesignOutcome outcome = problem.limits.empty() ? solve(problem) : solve_with_limits(problem, solve);
+  DesignProblem rest = problem;
+  rest.search.max_time = std::max(0.0, problem.search.max_time - (thread_cpu_time() - start_time));
+  return RepeatedSearch(rest, search).run(std::move(outcome));
+}
+
+/// What is done with a design after every kind of search: ties are broken, what may still change is found, and bounds
+/// that are known without a search are applied.
+class DesignCompletion {
+ public:
+  /// @param seconds left for the search
+  DesignCompletion(DesignProblem problem, double seconds)
+      : problem_(std::move(problem)),
+        budget_(std::max(seconds, min_time_fraction * problem_.search.max_time), problem_.on_progress),
+        context_(problem_, budget_) {
+    if (problem_.objective) objective_.emplace(context_, *problem_.objective);
+  }
+
+  void complete(DesignOutcome& outcome) {
+    const bool is_success = balance::is_success(outcome);
+    const bool by_figure = objective_ && !problem_.objective->is_secondary && std::isfinite(outcome.objective);
+    budget_.begin_search();
+    if (objective_ && outcome.within_limits && (is_success || by_figure)) apply(outcome, break_ties(outcome));
+    if (is_success && !budget_.is_spent())
+      outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
+                                                  unit_coordinates(outcome.x));
+    if (is_success) find_edges(outcome);
+    budget_.finish_search();
+    if (problem_.objective && outcome.lower_bound < problem_.objective->lower_bound)
+      outcome.lower_bound = problem_.objective->lower_bound;
+  }
+
+ private:
+  /// Step in unit coordinates, larger than the accuracy of the searches.
+  static constexpr double edge_step = 2e-3;
+  /// Time that is granted even if the search has used up its own.
+  static constexpr double min_time_fraction = 0.02;
+
+  VectorX unit_coordinates(const VectorX& x) const {
+    VectorX u(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double half = context_.scaling.half_width()[i];
+      u[i] = x[i] == problem_.variables[static_cast<std::size_t>(i)].start ? context_.scaling.start()[i]
+             : half > 0 ? std::clamp((x[i] - context_.scaling.centre()[i]) / half, -1.0, 1.0)
+                        : 0;
+    }
+    return u;
+  }
+
+  VectorX break_ties(const DesignOutcome& outcome) const {
+    return design::break_ties(context_, *objective_, outcome.conditions, unit_coordinates(outcome.x));
+  }
+
+  /// Tries slightly larger and smaller lengths.
+  void find_edges(DesignOutcome& outcome) const {
+    const VectorX u = unit_coordinates(outcome.x);
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      if (!context_.classification.is_geometric[static_cast<std::size_t>(i)] ||
+          !problem_.variables[static_cast<std::size_t>(i)].discrete_values.empty())
+        continue;
+      for (const double step : {edge_step, -edge_step}) {
+        VectorX moved = u;
+        moved[i] += step;
+        if (std::abs(moved[i]) > 1 || context_.budget.is_spent()) continue;
+        if (std::string reason = context_.infeasibility_reason(moved); !reason.empty() && !context_.budget.stopped)
+          outcome.edges.push_back({i, step > 0, std::move(reason)});
+      }
+    }
+  }
+
+  /// Replaces the numbers of a design by those of an equal one.
+  void apply(DesignOutcome& outcome, const VectorX& u) const {
+    const VectorX x = context_.scaling.to_variables(u);
+    bool is_changed = false, is_geometry_changed = false;
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      const bool differs = std::abs(x[i] - outcome.x[i]) > rounding_tolerance * context_.scaling.half_width()[i];
+      is_changed = is_changed || differs;
+      is_geometry_changed =
+          is_geometry_changed || (differs && context_.classification.is_geometric[static_cast<std::size_t>(i)]);
+    }
+    if (!is_changed) return;
+    if (is_geometry_changed) {
+      const Conditions conditions = context_.conditions_at(u);
+      if (conditions.status != ConditionsStatus::done || conditions.pivots != outcome.conditions.pivots) return;
+      outcome.conditions = conditions;
+    }
+    outcome.x = x;
+    const double value = (*objective_)(u, nullptr);
+    outcome.objective = std::abs(value) <= objective_->round_off() ? 0 : value;
+    outcome.lower_bound = std::min(outcome.lower_bound, outcome.objective);
+    outcome.residuals_after =
+        scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+    if (!problem_.limits.empty()) evaluate_limits(problem_, outcome);
+  }
+
+  /// Differences below this, relative to the range, are the round-off of unit coordinates.
+  static constexpr double rounding_tolerance = 1e-14;
+
+  const DesignProblem problem_;
+  SearchBudget budget_;
+  SolverContext context_;
+  std::optional<ScaledObjective> objective_;
+};
+
+}  // namespace
+
 DesignOutcome solve_design(const DesignProblem& problem) {
   problem.search.validate();
   if (problem.goals.empty() && !problem.objective && problem.limits.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
-  if (is_discrete(problem)) return solve_discrete(problem);
-  const auto search = [](const DesignProblem& one) {
-    return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
-  };
-  DesignOutcome outcome = search(problem);
-  bound_by_relaxation(problem, outcome, search);
+  const double start_time = thread_cpu_time();
+  DesignOutcome outcome = is_discrete(problem) ? solve_discrete(problem) : solve_continuous(problem);
+  if (problem.is_subproblem || outcome.x.size() == 0 || outcome.status == DesignStatus::unsolved ||
+      outcome.status == DesignStatus::no_feasible_start)
+    return outcome;
+  const double seconds = problem.search.max_time - (thread_cpu_time() - start_time);
+  if (!is_discrete(problem)) {
+    DesignCompletion(problem, seconds).complete(outcome);
+    return outcome;
+  }
+  // sizes and choices stay as they were decided
+  const BranchingRule branching(problem, 0);
+  DesignCompletion(restrict_to_node(problem, branching.node_of(outcome.x), problem.search.max_time), seconds)
+      .complete(outcome);
+  if (outcome.selection) outcome.selection->kept = branching.kept_elements(outcome.x);
   return outcome;
 }
 

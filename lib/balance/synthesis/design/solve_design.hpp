@@ -4,6 +4,7 @@
 
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/start_agreement.hpp"
 
 namespace balance {
 
@@ -47,12 +48,13 @@ struct SearchEffort {
     starts_exhausted,  ///< all starts were used
     proved,            ///< optimality was proved
     time_limit,        ///< the time limit was reached
+    starts_agree,      ///< enough independent starts ended at the best value
   };
   int starts = 0;  ///< number of starts for solving the conditions
   int local_searches = 0;
-  int repeated_optima = -1;  ///< local searches over lengths that ended at the best value; −1: none
   int geometries = 0;        ///< number of sets of lengths at which the masses were solved for
   int evaluations = 0;       ///< of the objective
+  std::vector<double> ends;  ///< values of the objective at the ends of independent starts; NaN: without a design
   Termination termination = Termination::not_searched;
   long combinations = 0;                ///< of sizes that were tried, if all variables have sizes
   bool tried_all_combinations = false;  ///< whether there are no others
@@ -63,6 +65,14 @@ struct LimitOutcome {
   double value = std::numeric_limits<double>::quiet_NaN();  ///< [SI]
   double violation = 0;                                     ///< relative to the bound; negative: margin
   bool is_active = false;                                   ///< no margin, or violated
+};
+
+/// A length or ratio that cannot change further although its bounds would permit it: the mechanism cannot be assembled
+/// there, leaves its assembly mode or cannot complete its motion.
+struct FeasibilityEdge {
+  int variable = 0;
+  bool is_upper = false;  ///< whether larger values are infeasible; else smaller ones
+  std::string reason;
 };
 
 /// The elements that were kept.
@@ -95,10 +105,12 @@ struct DesignOutcome {
   SolutionSet solution_set;           ///< of equivalent designs
   std::vector<LimitOutcome> limits;   ///< in the order of the problem
   bool within_limits = true;
+  std::vector<FeasibilityEdge> edges;         ///< at which the design lies
   std::optional<ElementSelection> selection;  ///< if there were choices
   /// If the limits are violated: proved lower bound of the violation of the worst limit.
   double min_violation_bound = std::numeric_limits<double>::quiet_NaN();
-  double gap() const { return objective - lower_bound; }
+  /// 0 if it is proved that there is none: the rest is the tolerance of the proof.
+  double gap() const { return optimality == Optimality::proved_global ? 0 : objective - lower_bound; }
   std::vector<std::string> notes;
 };
 

@@ -1,5 +1,6 @@
 #include "balance/synthesis/design/solve_once.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/geometry_search.hpp"
 #include "balance/synthesis/design/optimum_search.hpp"
@@ -16,6 +17,11 @@ using namespace design;
 
 /// Maximum numbers of exact solutions from which the objective is optimised, if several are needed.
 constexpr int max_exact_starts = 6, max_simulated_starts = 2, max_subproblem_starts = 2;
+/// Difference from a proved lower bound at which a design counts as optimal, relative to its value.
+constexpr double bound_tolerance = 1e-7;
+/// Distance from a bound, in unit coordinates, that is an error of a cone program, and the change of a figure, relative
+/// to its value, that this may cause.
+constexpr double vertex_tolerance = 1e-6, vertex_value_tolerance = 1e-9;
 
 class SingleSolver {
  public:
@@ -52,9 +58,27 @@ class SingleSolver {
       return false;
     if (!context_.is_admissible(start_) || !context_.invalidity_reason(start_).empty()) return false;
     outcome_.method = DesignMethod::none;
-    const ConditionResidual none(context_, outcome_.conditions);
-    if (finish(start_)) finish_search(make_fixed_geometry_equations(context_, none, {}, VectorX(0)), start_, true);
+    if (finish(start_)) finish_search();
     return true;
+  }
+
+  /// An exact design at which the objective reaches its lower bound, so that nothing has to be searched: the numbers of
+  /// the anchor, or all elements at zero. The conditions must be those of the anchor.
+  std::optional<VectorX> find_known_optimum(const VectorX& anchor) const {
+    if (!objective_ || !std::isfinite(objective_->lower_bound())) return std::nullopt;
+    VectorX without_elements = anchor;
+    for (int i = 0; i < context_.scaling.size(); ++i)
+      if (const double half = context_.scaling.half_width()[i];
+          half > 0 && !context_.classification.is_geometric[static_cast<std::size_t>(i)])
+        without_elements[i] = std::clamp(-context_.scaling.centre()[i] / half, -1.0, 1.0);
+    for (const VectorX& u : {anchor, without_elements}) {
+      const double value = (*objective_)(u, nullptr);
+      if (!(value <= objective_->lower_bound() + objective_->round_off())) continue;
+      const VectorX residuals = scaled_residuals(outcome_.conditions, parameters(u));
+      const bool is_balanced = residuals.size() == 0 || max_abs(residuals) < condition_tolerance;
+      if (is_balanced && context_.is_admissible(u)) return u;
+    }
+    return std::nullopt;
   }
 
   void solve_masses() {
@@ -83,7 +107,10 @@ class SingleSolver {
     const bool convex = affine && context_.is_convex();
     is_convex_ = convex && objective_ && objective_->is_convex();
     budget_.begin_search();
-    const VectorX u = is_single_design(context_.problem)
+    const std::optional<VectorX> known = is_single_design(context_.problem) ? std::nullopt : find_known_optimum(start_);
+    if (known) target_ = SearchTarget::objective;
+    const VectorX u = known ? *known
+                      : is_single_design(context_.problem)
                           ? accept_only_design()
                           : replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
     budget_.finish_search();
@@ -95,7 +122,7 @@ class SingleSolver {
       determine_status(outcome_);
     }
     outcome_.is_proved_infeasible = outcome_.status == DesignStatus::infeasible;
-    finish_search(equations, u, true);
+    finish_search();
   }
 
   void solve_geometry() {
@@ -114,9 +141,15 @@ class SingleSolver {
                                     : make_fixed_geometry_equations(context_, none, {}, VectorX(0));
     const Conditions at_start = *anchor == start_ ? outcome_.conditions : Conditions{};
     budget_.begin_search();
-    GeometrySearchResult search_result =
-        search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
+    GeometrySearchResult search_result;
+    if (const std::optional<VectorX> known = find_known_optimum(*anchor)) {
+      search_result.u = *known;
+      search_result.is_found = search_result.is_balanced = true;
+    } else {
+      search_result = search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
+    }
     budget_.finish_search();
+    keep_incumbent(search_result);
     if (search_result.balanced_without_value)
       return set_unsolved(*search_result.balanced_without_value,
                           "for any numbers that were found to meet the conditions");
@@ -138,7 +171,18 @@ class SingleSolver {
       if (outcome_.condition_variables[static_cast<std::size_t>(k)].empty())
         outcome_.unmet_fixed_conditions.push_back(k);
     determine_status(outcome_);
-    finish_search(equations, u, false);
+    finish_search();
+  }
+
+  /// The search may have been ended before it returned the best design that it evaluated.
+  void keep_incumbent(GeometrySearchResult& result) const {
+    const Incumbent& incumbent = budget_.incumbent;
+    if (!incumbent.is_exact() || (result.is_balanced && !objective_)) return;
+    if (result.is_balanced && !((*objective_)(result.u, nullptr) > incumbent.value())) return;
+    result.u = incumbent.u();
+    result.is_found = result.is_balanced = true;
+    result.minimises_residual = false;
+    result.balanced_without_value.reset();
   }
 
   void finish_without_conditions(const NonlinearSystem& equations, const VectorX& u) {
@@ -148,7 +192,7 @@ class SingleSolver {
     outcome_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
     outcome_.x = context_.scaling.to_variables(u);
     outcome_.reason = "the conditions of the final geometry cannot be listed: " + outcome_.conditions.reason;
-    finish_search(equations, u, false);
+    finish_search();
   }
 
   VectorX accept_only_design() {
@@ -161,6 +205,7 @@ class SingleSolver {
   VectorX search(const NonlinearSystem& equations, const Exact& exact, bool convex,
                  const std::function<bool()>& proved_impossible) {
     if (context_.problem.goals.empty()) return snap(equations, minimise_objective(start_));
+    if (const auto u = find_solution_at_bound(equations, exact)) return snap(equations, *u);
     ExactSolutions exact_solutions =
         find_exact_solutions(context_, equations, exact_search_options(convex, proved_impossible));
     const auto restore = [&](const VectorX& u) { return refine_solution(equations, u, exact); };
@@ -190,6 +235,51 @@ class SingleSolver {
     target_ = SearchTarget::objective;
     return snap(equations,
                 record_optimum(optimise_solutions(equations, linear, restore, exact_solutions.solutions, convex)));
+  }
+
+  /// Moves numbers next to their bounds onto them and solves the conditions for the others: a cone program ends next to
+  /// the bounds.
+  static VectorX solve_on_bounds(const NonlinearSystem& equations, const VectorX& u) {
+    std::vector<int> inner;
+    VectorX all = u;
+    for (Eigen::Index i = 0; i < u.size(); ++i)
+      if (1 - std::abs(u[i]) < vertex_tolerance)
+        all[i] = u[i] < 0 ? -1 : 1;
+      else
+        inner.push_back(static_cast<int>(i));
+    if (inner.empty()) return all;
+    NonlinearSystem reduced = equations;
+    reduced.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      VectorX w = all;
+      w(inner) = v;
+      MatrixX slopes;
+      if (!equations.evaluate(w, values, jacobian != nullptr ? &slopes : nullptr)) return false;
+      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, inner);
+      return true;
+    };
+    all(inner) = solve_levenberg_marquardt(reduced, u(inner)).u;
+    return all;
+  }
+
+  /// The exact solution next to the start if it attains the proved lower bound of the problem.
+  std::optional<VectorX> find_solution_at_bound(const NonlinearSystem& equations, const Exact& exact) {
+    const double bound = context_.problem.proved_lower_bound;
+    if (!objective_ || !std::isfinite(bound) || has_unmet_own_condition()) return std::nullopt;
+    VectorX u = refine_solution(equations, start_, exact);
+    if (!is_exact(context_, equations, u)) return std::nullopt;
+    double value = (*objective_)(u, nullptr);
+    const VectorX vertex = solve_on_bounds(equations, u);
+    if (is_exact(context_, equations, vertex) && max_abs(exact(vertex)) < condition_tolerance)
+      if (const double at_vertex = (*objective_)(vertex, nullptr);
+          at_vertex <= value + vertex_value_tolerance * std::abs(value)) {
+        u = vertex;
+        value = at_vertex;
+      }
+    if (!(value - bound <= bound_tolerance * std::abs(value) + objective_->round_off())) return std::nullopt;
+    target_ = SearchTarget::objective;
+    outcome_.lower_bound = std::min(bound, value);
+    is_proved_optimal_ = true;
+    return u;
   }
 
   bool finite_value(const VectorX& u) const { return std::isfinite((*objective_)(u, nullptr)); }
@@ -333,8 +423,8 @@ class SingleSolver {
     return true;
   }
 
-  /// Records the optimality of the result and the dimension of the solution set.
-  void finish_search(const NonlinearSystem& equations, const VectorX& u, bool precise) {
+  /// Records the optimality of the result.
+  void finish_search() {
     if (objective_ && target_ == SearchTarget::nothing) target_ = SearchTarget::objective;
     // Global optimum: exact, and the objective reaches its lower bound.
     const bool at_bound =
@@ -342,10 +432,6 @@ class SingleSolver {
     if (at_bound) outcome_.lower_bound = outcome_.objective;
     assess_optimality(context_, target_, (is_proved_optimal_ || at_bound) && target_ == SearchTarget::objective,
                       outcome_);
-    if (context_.problem.is_subproblem ||
-        (outcome_.status != DesignStatus::balanced && outcome_.status != DesignStatus::no_goal))
-      return;
-    outcome_.solution_set = analyse_solution_set(context_, equations, objective_ ? &*objective_ : nullptr, u, precise);
   }
 
   SearchBudget budget_;

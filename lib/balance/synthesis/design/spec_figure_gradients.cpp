@@ -3,9 +3,12 @@
 #include "balance/mechanics/derivatives/run_gradient.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 
@@ -32,8 +35,8 @@ constexpr FigureSlot figure_slots[] = {{&QuantityGradients::peak, &FigureGradien
 class FigureDifferentiation {
  public:
   FigureDifferentiation(const DesignSpace& space, const VectorX& x, std::size_t trajectory,
-                        const std::vector<std::string>& arrays)
-      : space_(space), x_(x), trajectory_(trajectory), arrays_(arrays) {}
+                        const std::vector<std::string>& quantities, const std::vector<std::string>& arrays)
+      : space_(space), x_(x), trajectory_(trajectory), requested_(quantities), arrays_(arrays) {}
 
   SpecFigureGradients run() {
     for (Eigen::Index first = 0; first == 0 || first < x_.size(); first += dual_width)
@@ -57,11 +60,13 @@ class FigureDifferentiation {
   bool differentiate(Eigen::Index first, Eigen::Index last) {
     const RecordedValues<DualNumber> values = derived_by(first, last);
     const auto trajectory = cast_scalar<DualNumber>(space_.recording->trajectories[trajectory_], values);
-    const RunGradient gradient = differentiate_run(values.mechanism(), trajectory, arrays_);
+    MechanismOf<DualNumber> mechanism = values.mechanism();
+    if (space_.assembly_mode) set_assembly(mechanism, space_.instantiate(x_).mechanism.assembly);
+    const RunGradient gradient = differentiate_run(mechanism, trajectory, arrays_);
     out_.outcome = gradient.run.outcome;
     if (gradient.run.outcome.status != MotionStatus::done) return false;
     if (out_.quantities.empty()) name_quantities(gradient.run);
-    copy_gradients(differentiate_figures(gradient), first, last);
+    copy_gradients(differentiate_figures(gradient, further_), first, last);
     return true;
   }
 
@@ -76,6 +81,18 @@ class FigureDifferentiation {
     for (const auto& [first, last] : group_metric_series(series)) {
       if (!series[first].worst_group.empty()) add(series[first].worst_group, first, last);
       for (std::size_t i = first; i < last; ++i) add(series[i].quantity, i, i + 1);
+    }
+    for (const std::string& name : requested_) {
+      if (find_quantity(out_, name) != nullptr) continue;
+      const auto is_member = [&](const MetricSeries& one) { return one.quantity.starts_with(name + "["); };
+      if (const auto member = std::find_if(series.begin(), series.end(), is_member); member != series.end()) {
+        const auto last = std::find_if_not(member, series.end(), is_member);
+        add(name, static_cast<std::size_t>(member - series.begin()), static_cast<std::size_t>(last - series.begin()));
+      } else if (std::optional<MetricSeries> one = find_series(run, name)) {
+        further_.push_back(std::move(*one));
+        const std::size_t index = series.size() + further_.size() - 1;
+        add(name, index, index + 1);
+      }
     }
     out_.energy = out_.duration = unknown;
   }
@@ -117,7 +134,8 @@ class FigureDifferentiation {
   const DesignSpace& space_;
   const VectorX& x_;
   std::size_t trajectory_;
-  const std::vector<std::string>& arrays_;
+  const std::vector<std::string>&requested_, &arrays_;
+  std::vector<MetricSeries> further_;  ///< requested quantities without metrics
   SpecFigureGradients out_;
   std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: range of the gradient's figures
 };
@@ -137,7 +155,7 @@ SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const Vec
     throw std::invalid_argument("expected " + std::to_string(space.free_inputs.size()) +
                                 " values of free numbers, found " + std::to_string(x.size()));
   const std::vector<std::string> arrays = arrays_of(quantities);
-  return FigureDifferentiation(space, x, index_of(space, trajectory), arrays).run();
+  return FigureDifferentiation(space, x, index_of(space, trajectory), quantities, arrays).run();
 }
 
 const QuantityGradients* find_quantity(const SpecFigureGradients& slopes, const std::string& quantity) {

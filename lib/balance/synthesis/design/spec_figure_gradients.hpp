@@ -34,7 +34,8 @@ struct SpecFigureGradients {
 /// which gives a mechanism and a trajectory with derivatives. Their run is differentiated by the implicit function
 /// theorem (mechanics/derivatives/run_gradient.hpp).
 /// @param x values of space.start.free_numbers [SI] @param trajectory name of a trajectory in the spec
-/// @param quantities such as "torque[A1]", "shaking_moment"; those computed along with them are included. Empty: all
+/// @param quantities such as "torque[A1]", "shaking_moment", "joint_force[B][x]"; those computed along with them are
+/// included. Empty: all that a run's metrics have
 /// @throws std::invalid_argument if x has the wrong length, if the trajectory is unknown or its law is the result of a
 /// search, or if a motion is invalid
 SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const VectorX& x, const std::string& trajectory,

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -33,6 +34,8 @@ class SampledFigures {
   double peak(const VectorX& z, VectorX* gradient) const;
   double mean(const VectorX& z, VectorX* gradient) const;
   double range(const VectorX& z, VectorX* gradient) const;
+  /// The largest signed value or magnitude, or the smallest.
+  double extreme(const VectorX& z, bool is_maximum, VectorX* gradient) const;
 
  private:
   MatrixX values(const VectorX& z) const;
@@ -55,9 +58,9 @@ struct CostSeries {
   VectorX coordinates(const VectorX& parameters) const;
 };
 
-/// The maximum of a figure over several series, with the gradient of the maximal one.
+/// The maximum of a figure over several series (of minima the minimum), with the gradient of that one.
 /// @param series at least one
-CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index parameters);
+CostFunction make_worst_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index parameters);
 
 // Time averages by the trapezoidal rule, computed sample by sample.
 
@@ -92,9 +95,13 @@ class TrapezoidalAverage {
 
 double AffineFigure::operator()(const VectorX& parameters) const {
   if (coefficients.size() > 0) return coefficients.dot(parameters.head(coefficients.size()));
-  double worst = 0;
+  double worst = figure == Statistic::maximum ? -std::numeric_limits<double>::infinity() : 0;
   for (const AffineSeries& one : series) {
     const VectorX values = one.rows * parameters;
+    if (figure == Statistic::maximum) {
+      worst = std::max(worst, max_coefficient(values));
+      continue;
+    }
     const auto sizes = values.reshaped(one.components, one.time_weights.size()).colwise().norm();
     worst = std::max(worst, figure == Statistic::peak ? max_abs(sizes)
                                                       : std::sqrt(sizes.cwiseAbs2().dot(one.time_weights.transpose())));
@@ -169,6 +176,18 @@ double SampledFigures::range(const VectorX& z, VectorX* gradient) const {
   return range;
 }
 
+double SampledFigures::extreme(const VectorX& z, bool is_maximum, VectorX* gradient) const {
+  const MatrixX all = values(z);
+  const VectorX value = components_ == 1 ? VectorX(all.col(0)) : VectorX(all.rowwise().norm());
+  const Eigen::Index sample = is_maximum ? max_index(value) : min_index(value);
+  if (gradient && components_ == 1) *gradient = matrices_.row(sample).transpose();
+  if (gradient && components_ > 1) {
+    gradient->setZero(z.size());
+    add_gradient(sample, all, 1, *gradient);
+  }
+  return value[sample];
+}
+
 /// L (parameters, 1).
 VectorX CostSeries::coordinates(const VectorX& parameters) const {
   const std::vector<Eigen::Index>& active = space.active();
@@ -193,6 +212,8 @@ double figure_of_coordinates(const CostSeries& series, Statistic figure, const V
     case Statistic::peak: return series.samples->peak(z, slope);
     case Statistic::mean: return series.samples->mean(z, slope);
     case Statistic::range: return series.samples->range(z, slope);
+    case Statistic::maximum: return series.samples->extreme(z, true, slope);
+    case Statistic::minimum: return series.samples->extreme(z, false, slope);
     case Statistic::rms: break;
   }
   return rms(z, slope);
@@ -213,7 +234,7 @@ double CostSeries::figure(Statistic figure, const VectorX& parameters, VectorX* 
   return value;
 }
 
-CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index count) {
+CostFunction make_worst_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index count) {
   const auto shared_series = std::make_shared<const std::vector<CostSeries>>(std::move(series));
   return [shared_series, figure, count](const VectorX& parameters, VectorX* gradient) {
     if (parameters.size() != count) throw std::invalid_argument("not as many values as there are parameters");
@@ -221,7 +242,7 @@ CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eig
     VectorX series_gradient;
     for (std::size_t s = 1; s < shared_series->size(); ++s) {
       const double value = (*shared_series)[s].figure(figure, parameters, gradient ? &series_gradient : nullptr);
-      if (value <= worst) continue;
+      if (figure == Statistic::minimum ? value >= worst : value <= worst) continue;
       worst = value;
       if (gradient) gradient->swap(series_gradient);
     }
@@ -256,7 +277,7 @@ class FixedMotion : public FigureSource {
     std::vector<CostSeries> series;
     for (SequentialQr& qr : triangles(*quantity)) series.push_back({RowSpace(qr.triangle(), units_), std::nullopt});
     if (figure != Statistic::rms) store_samples(*quantity, series);
-    return make_max_cost(figure, std::move(series), units_.scale.size() - 1);
+    return make_worst_cost(figure, std::move(series), units_.scale.size() - 1);
   }
 
   std::optional<std::vector<AffineSeries>> rows(const std::string& name) const override {
@@ -334,8 +355,8 @@ class FixedMotion : public FigureSource {
   }
 
   std::size_t series_count(const CostQuantity& quantity) const {
-    const bool is_per_actuator = quantity.of_actuators() && !quantity.actuator && !quantity.is_combined;
-    return is_per_actuator ? mechanism_.actuators.size() : 1;
+    if (quantity.member || quantity.is_combined) return 1;
+    return quantity.of_actuators() ? mechanism_.actuators.size() : quantity.of_joints() ? mechanism_.joints.size() : 1;
   }
 
   std::vector<SequentialQr> triangles(const CostQuantity& quantity) const {

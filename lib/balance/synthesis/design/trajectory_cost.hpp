@@ -30,7 +30,7 @@ struct AffineSeries {
 struct AffineFigure {
   double weight = 1;
   VectorX coefficients;               ///< of a linear function of the parameters; empty for other figures
-  Statistic figure = Statistic::rms;  ///< rms or peak
+  Statistic figure = Statistic::rms;  ///< rms, peak, or maximum of scalars
   std::vector<AffineSeries> series;   ///< the figure is that of the worst one
 
   /// Without the weight. @param parameters [SI], followed by a 1
@@ -56,14 +56,14 @@ class TrajectoryCost {
   /// If not `done`, the mechanism cannot follow the trajectory and there are no figures.
   const MotionOutcome& outcome() const;
 
-  /// @param quantity as in RunResult::metrics: "torque", "torque[A1]", "total_torque", "shaking_force",
-  /// "shaking_moment", "ground_force", "ground_moment", "power", "power[A1]", "kinetic_energy"
+  /// @param quantity a force, moment, power or the kinetic energy by its name in a run, or one of its components:
+  /// "torque", "power[A1]", "shaking_force[x]", "shaking_moment[z] about ground.P", "joint_force[B]"
   /// Passes along the motion once (rms) or twice; the returned function does not, and does not depend on this object.
-  /// Peak and rms are convex; at a kink the gradient is one-sided.
+  /// Peak, rms, mean and maximum are convex; at a kink the gradient is one-sided.
   /// @return std::nullopt if the quantity does not exist or is not linear in the parameters
   std::optional<CostFunction> figure(Statistic figure, const std::string& quantity) const;
 
-  /// The rows of the quantity. There is one series per actuator if the worst actuator counts. Passes along the motion
+  /// The rows of the quantity. There is one series per actuator or joint if the worst one counts. Passes along the motion
   /// once.
   /// @return std::nullopt as above
   std::optional<std::vector<AffineSeries>> rows(const std::string& quantity) const;

@@ -1,6 +1,7 @@
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 
 #include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/tolerance/toleranced_run.hpp"
 
@@ -42,6 +43,8 @@ class RobustSeriesEvaluator {
       case Statistic::rms: return rms(k);
       case Statistic::mean: return mean(k);
       case Statistic::range: return range(k);
+      case Statistic::maximum: return maximum(k);
+      case Statistic::minimum: break;  // not offered
     }
     return {};
   }
@@ -58,6 +61,19 @@ class RobustSeriesEvaluator {
         result.deviation = deviation;
         result.value = magnitude + k * deviation;
       }
+    }
+    return result;
+  }
+
+  RobustFigure maximum(double k) const {
+    constexpr double lowest = -std::numeric_limits<double>::infinity();
+    RobustFigure result{lowest, 0, 0, lowest};
+    for (const RunSample& sample : samples_) {
+      const ValueWithGradient one = magnitude_with_gradient(sample);
+      result.nominal = std::max(result.nominal, one.value);
+      const double deviation = one.change.norm();
+      if (one.value + k * deviation > result.value)
+        result = {result.nominal, one.value, deviation, one.value + k * deviation};
     }
     return result;
   }
@@ -151,9 +167,15 @@ class RobustSeriesEvaluator {
 RobustFigure max_robust_figure(const TolerancedRun& toleranced_run, const Tolerances& numbers,
                                const ObjectiveTerm& term) {
   std::optional<RobustFigure> worst;
-  double nominal = 0;
-  for (const MetricSeries& series : list_metric_series(toleranced_run.run())) {
-    if (!is_quantity_name(term.quantity, series.quantity) && series.worst_group != term.quantity) continue;
+  double nominal = -std::numeric_limits<double>::infinity();
+  std::vector<MetricSeries> all_series;
+  for (const MetricSeries& series : list_metric_series(toleranced_run.run()))
+    if (is_quantity_name(term.quantity, series.quantity) || series.quantity.starts_with(term.quantity + "["))
+      all_series.push_back(series);
+  if (all_series.empty())
+    if (std::optional<MetricSeries> series = find_series(toleranced_run.run(), term.quantity))
+      all_series.push_back(std::move(*series));
+  for (const MetricSeries& series : all_series) {
     const RobustFigure figure =
         RobustSeriesEvaluator(toleranced_run, numbers, series).compute(term.figure, *term.deviation_multiple);
     nominal = std::max(nominal, figure.nominal);

@@ -22,7 +22,11 @@ class TolerancedDuals {
   TolerancedDuals(const DesignSpace& space, const Tolerances& numbers, std::size_t first)
       : space_(space), values_(*space.recording, inputs(space, numbers, first)) {}
 
-  MechanismOf<DualNumber> mechanism() const { return values_.mechanism(); }
+  MechanismOf<DualNumber> mechanism() const {
+    MechanismOf<DualNumber> mechanism = values_.mechanism();
+    if (space_.assembly_mode) set_assembly(mechanism, space_.start.mechanism.assembly);
+    return mechanism;
+  }
   /// @param trajectory one of the spec's, but possibly with another number of samples
   TrajectoryOf<DualNumber> trajectory(const Trajectory& trajectory) const {
     const std::size_t index = trajectory_index(space_.start, trajectory.name);
