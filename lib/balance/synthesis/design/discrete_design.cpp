@@ -292,9 +292,6 @@ class DiscreteDesign {
              count_noun(node_counts_.designs, "design", "designs");
     std::string text = count_noun(combinations_->combinations, "combination", "combinations") + " of sizes";
     if (combinations_->is_exhausted) text = "all " + text;
-    if (budget_.local_searches > 0)
-      text += fmt::format(", {} ({} of them as good as the best)",
-                          count_noun(budget_.local_searches, "search", "searches"), budget_.repeated_optima);
     return text;
   }
 
@@ -304,7 +301,7 @@ class DiscreteDesign {
     outcome.effort.local_searches = combinations_ ? budget_.local_searches : node_counts_.designs;
     outcome.effort.evaluations = combinations_ ? budget_.evaluations : node_counts_.branches;
     if (combinations_) outcome.effort.geometries = budget_.geometries;
-    if (combinations_ && budget_.repeated_optima > 0) outcome.effort.repeated_optima = budget_.repeated_optima;
+    if (combinations_ && is_optimised && problem_.objective) outcome.effort.ends = combinations_->ends;
     if (combinations_) outcome.effort.combinations = combinations_->combinations;
     if (combinations_) outcome.effort.tried_all_combinations = combinations_->is_exhausted;
     using End = SearchEffort::Termination;

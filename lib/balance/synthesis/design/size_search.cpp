@@ -175,9 +175,8 @@ class CombinationVisitor {
     for (const int i : order_) {
       const DesignVariable& variable = problem.variables[static_cast<std::size_t>(i)];
       sizes_.push_back(variable.discrete_values);
-      std::stable_sort(sizes_.back().begin(), sizes_.back().end(), [&](double a, double b) {
-        return std::abs(a - variable.start) < std::abs(b - variable.start);
-      });
+      std::stable_sort(sizes_.back().begin(), sizes_.back().end(),
+                       [&](double a, double b) { return std::abs(a - variable.start) < std::abs(b - variable.start); });
     }
   }
 
@@ -344,14 +343,13 @@ class SizeExchange {
         best_.rating = end.rating;
       }
     }
-    budget_.repeated_optima = count_equal_ends(ends);
+    for (const DesignRating& end : ends)
+      best_.ends.push_back(end.rank == best_.rating.rank ? end.value : std::numeric_limits<double>::quiet_NaN());
     return best_;
   }
 
  private:
-  bool is_spent() {
-    return best_.combinations >= max_combinations_ || (best_.combinations > 0 && budget_.is_spent());
-  }
+  bool is_spent() { return best_.combinations >= max_combinations_ || (best_.combinations > 0 && budget_.is_spent()); }
 
   int count_equal_ends(const std::vector<DesignRating>& ends) const {
     return static_cast<int>(std::count_if(ends.begin(), ends.end(), [&](const DesignRating& end) {

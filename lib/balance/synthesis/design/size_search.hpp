@@ -12,9 +12,9 @@ namespace balance::design {
 /// How good a design is: first its rank, then its value; less is better.
 struct DesignRating {
   enum class Rank {
-    exact,                 ///< value: the figure, or 0 without one
-    limits_violated,       ///< the conditions are met; value: violation of the worst limit
-    conditions_violated,   ///< the limits are kept; value: the figure or, if that is secondary, the residual
+    exact,                ///< value: the figure, or 0 without one
+    limits_violated,      ///< the conditions are met; value: violation of the worst limit
+    conditions_violated,  ///< the limits are kept; value: the figure or, if that is secondary, the residual
     everything_violated,  ///< value: violation of the worst limit
   };
   Rank rank = Rank::everything_violated;
@@ -28,8 +28,9 @@ struct DesignRating {
 struct SizeSearchResult {
   VectorX x;  ///< the best design [SI]; empty: no combination that was tried is a design
   DesignRating rating;
-  long combinations = 0;      ///< number that was tried
-  bool is_exhausted = false;  ///< whether these are all combinations
+  long combinations = 0;          ///< number that was tried
+  bool is_exhausted = false;      ///< whether these are all combinations
+  std::vector<double> ends = {};  ///< the objective at the ends of the searches; NaN: no design
 };
 
 /// Whether every variable has sizes and nothing else is to be chosen.
