@@ -128,9 +128,9 @@ TEST_CASE("what got worse is said") {
   DesignReportData view = sample::design();
   CHECK(design_text(view).find("worse than before") == std::string::npos);
   std::vector<Metric>& after = view.report.comparisons[0].after.metrics;
-  after[0].peak = 123;
-  after[0].rms = 400;
-  CHECK(design_text(view, one_line).find("worse than before along cycloid: torque[A] (peak +23 %, rms x 8)\n") !=
+  after[1].peak = 984;
+  after[1].rms = 3200;
+  CHECK(design_text(view, one_line).find("worse than before along cycloid: shaking_force (peak +23 %, rms x 8)\n") !=
         std::string::npos);
 }
 

@@ -139,7 +139,8 @@ std::string FigureScanner::read_quantity(const char* figure) {
     skip_space();
     const std::size_t point = position_;
     skip_name();
-    return text_.substr(begin, end - begin) + " about " + text_.substr(point, position_ - point);
+    const std::string landmark(text_, point, position_ - point);
+    return text_.substr(begin, end - begin) + " about " + landmark;
   }
   position_ = end;
   return text_.substr(begin, end - begin);

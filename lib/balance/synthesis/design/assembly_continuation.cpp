@@ -158,9 +158,8 @@ class AssemblyContinuation final : public AssemblyModeSelector {
       if (known_[k].inputs == inputs) return known_[k];
       if (known_[k].is_assembled) starts.emplace_back(distance(known_[k].inputs, inputs), k);
     }
-    const std::size_t tried = std::min(max_tried_starts, starts.size());
-    std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end());
-    starts.resize(tried);
+    std::sort(starts.begin(), starts.end());
+    if (starts.size() > max_tried_starts) starts.resize(max_tried_starts);
     starts.emplace_back(0, 0);  // the start values themselves
     KnownConfiguration result{inputs, false, {}, 0, {}};
     for (const auto& [separation, k] : starts)

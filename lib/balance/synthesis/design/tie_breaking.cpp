@@ -30,11 +30,13 @@ constexpr double first_tie_radius = 0.2, min_tie_radius = 1e-3;
 class TieBreaker {
  public:
   TieBreaker(const SolverContext& context, const ScaledObjective& objective, const Conditions& conditions, VectorX u)
-      : context_(context), objective_(objective), conditions_(conditions), u_(std::move(u)) {
-    const Mechanism& mechanism = context.classification.base_mechanism;
-    mass_coefficients_ =
-        size_coefficients(ObjectiveTerm::Size::added_mass, mechanism, context.classification.loose_springs);
-    find_amounts(mechanism);
+      : context_(context),
+        objective_(objective),
+        conditions_(conditions),
+        u_(std::move(u)),
+        mass_coefficients_(size_coefficients(ObjectiveTerm::Size::added_mass, context.classification.base_mechanism,
+                                             context.classification.loose_springs)) {
+    find_amounts(context.classification.base_mechanism);
     value_ = objective_(u_, nullptr);
     // A figure that vanishes stays zero up to the round-off of its terms.
     value_tolerance_ = std::max(figure_tie_tolerance * std::abs(value_), objective_.round_off());
