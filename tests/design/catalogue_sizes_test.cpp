@@ -103,6 +103,43 @@ TEST_CASE("sizes have the least figure of all combinations, and the bound says s
   }
 }
 
+TEST_CASE("sizes within limits have the least figure of all combinations that keep them") {
+  std::mt19937 random(23);
+  for (int seed = 0; seed < 3; ++seed) {
+    const std::string text = chain(random, 3, false);
+    const DesignSpace peaks = read(replaced(text, "goal: static", "minimize: {peak: torque, along: cycloid}"));
+    const balance::Objective peak = build_objective(peaks, peaks.start.design.minimize, peaks.start_values(), {});
+    const auto peak_at = [&](const VectorX& x) {
+      return peak.function->evaluate(parameter_values(peaks.instantiate(x).mechanism), nullptr);
+    };
+    const auto added_mass = [](const VectorX& x) { return x.sum(); };
+    double min_peak = 1e9;
+    for_all(peaks, [&](const VectorX& x) { min_peak = std::min(min_peak, peak_at(x)); });
+    const double start_peak = peak_at(peaks.start_values());
+    REQUIRE(min_peak < start_peak);
+    for (const double bound : {start_peak * (1 + 1e-6), 0.5 * (min_peak + start_peak), min_peak * (1 + 1e-6)}) {
+      double min_mass = 1e9;
+      for_all(peaks, [&](const VectorX& x) {
+        if (peak_at(x) <= bound) min_mass = std::min(min_mass, added_mass(x));
+      });
+      const DesignSpace space = read(
+          replaced(text, "goal: static",
+                   fmt::format("minimize: added-mass, subject_to: [\"peak(torque, cycloid) <= {:.15g}\"]", bound)));
+      const DesignReport report = find_design(space);
+      CHECK(report.outcome.within_limits);
+      CHECK(added_mass(report.outcome.x) == doctest::Approx(min_mass).epsilon(1e-12));
+      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+    }
+    const DesignSpace space = read(replaced(
+        text, "goal: static",
+        fmt::format("minimize: added-mass, subject_to: [\"peak(torque, cycloid) <= {:.15g}\"]", min_peak * 0.9)));
+    const DesignReport report = find_design(space);
+    CHECK_FALSE(report.outcome.within_limits);
+    CHECK(report.outcome.is_proved_infeasible);
+    CHECK(peak_at(report.outcome.x) == doctest::Approx(min_peak).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("sizes that balance exactly are found among those that do not") {
   // 0.5 kg m of the link and 0.5 m for the counterweight: 1 kg
   const DesignSpace space = read(replaced(replaced(pendulum, "free: [0, 5]", "free: {values: [0, 0.4, 1, 2.5]}"),

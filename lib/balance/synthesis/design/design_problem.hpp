@@ -46,7 +46,7 @@ struct DesignProblem {
   std::vector<CardinalityConstraint> cardinality_constraints;  ///< optional elements
   /// Groups of variables with sizes, no two of which may have the same value.
   std::vector<std::vector<int>> all_different;
-  std::vector<Goal> goals;                                     ///< empty: only the objective matters
+  std::vector<Goal> goals;  ///< empty: only the objective matters
   ConditionOptions options;
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
   /// Solve with few starts and without proofs, as one of many problems.

@@ -61,7 +61,8 @@ class DiscreteDesign {
   DesignOutcome run() {
     if (is_finite(problem_)) {
       SizeSearchResult sizes = search_sizes();
-      if (sizes.x.size() > 0 || sizes.is_exhausted) return make_size_outcome(std::move(sizes));
+      const bool is_final = sizes.x.size() > 0 || sizes.is_exhausted || !problem_.all_different.empty();
+      if (is_final) return make_size_outcome(std::move(sizes));
     }
     const int element_count = BranchingRule::count_unrestricted_elements(problem_);
     BranchAndBoundResult result = element_count > 0
@@ -89,7 +90,8 @@ class DiscreteDesign {
     const bool is_cheap = has_motion_per_length || has_functions_of_parameters();
     const long max_combinations = is_cheap ? max_cheap_combinations_factor * max_motions : max_motions;
     const long combinations = count_combinations(problem_, all, max_combinations + 1);
-    if (combinations > max_unbounded_combinations && has_bounded_figure()) return {};
+    const bool is_bounded = problem_.all_different.empty() && has_bounded_figure();
+    if (combinations > max_unbounded_combinations && is_bounded) return {};
     const bool can_try_all =
         combinations <= max_combinations &&
         (!has_motion_per_length || count_combinations(problem_, lengths, max_motions + 1) <= max_motions);
@@ -214,7 +216,7 @@ class DiscreteDesign {
 
   /// Among designs with the same figure, those with fewer elements are better.
   void drop_useless_elements(DiscreteCandidate& design) {
-    if (!problem_.objective || combinations_) return;
+    if (!problem_.objective) return;
     const BranchingRule branching(problem_, 0);
     for (std::size_t k = 0; k < branching.element_count() && !budget_.is_spent(); ++k) {
       BranchNode node = branching.node_of(design.outcome.x);
@@ -244,7 +246,8 @@ class DiscreteDesign {
 
   /// Adds what refers to all variables and to their start values.
   DesignOutcome complete_outcome(DesignOutcome outcome) {
-    if (outcome.conditions.status == ConditionsStatus::done && !problem_.goals.empty()) complete_conditions(outcome);
+    const bool has_conditions = outcome.conditions.status == ConditionsStatus::done && !problem_.goals.empty();
+    if (combinations_ && has_conditions) complete_conditions(outcome);
     const VectorX start = start_values();
     if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
     if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
@@ -292,6 +295,7 @@ class DiscreteDesign {
              count_noun(node_counts_.designs, "design", "designs");
     std::string text = count_noun(combinations_->combinations, "combination", "combinations") + " of sizes";
     if (combinations_->is_exhausted) text = "all " + text;
+    if (budget_.local_searches > 0) text += ", " + count_noun(budget_.local_searches, "search", "searches");
     return text;
   }
 
@@ -301,7 +305,7 @@ class DiscreteDesign {
     outcome.effort.local_searches = combinations_ ? budget_.local_searches : node_counts_.designs;
     outcome.effort.evaluations = combinations_ ? budget_.evaluations : node_counts_.branches;
     if (combinations_) outcome.effort.geometries = budget_.geometries;
-    if (combinations_ && is_optimised && problem_.objective) outcome.effort.ends = combinations_->ends;
+    if (combinations_ && combinations_->rating.rank == DesignRating::Rank::exact) outcome.effort.ends = budget_.ends;
     if (combinations_) outcome.effort.combinations = combinations_->combinations;
     if (combinations_) outcome.effort.tried_all_combinations = combinations_->is_exhausted;
     using End = SearchEffort::Termination;
@@ -344,27 +348,27 @@ class DiscreteDesign {
                               : std::numeric_limits<double>::quiet_NaN();
     outcome.status = is_proved_infeasible ? DesignStatus::infeasible : DesignStatus::compromise;
     outcome.is_proved_infeasible = is_proved_infeasible;
-    outcome.reason = violates_limits ? violation_reason(is_proved_infeasible, outcome)
-                                     : reason(is_proved_infeasible, std::move(explanation), outcome);
-    outcome.min_violation_bound =
-        violates_limits && proved ? result.lower_bound : std::numeric_limits<double>::quiet_NaN();
+    if (!violates_limits) outcome.reason = reason(is_proved_infeasible, std::move(explanation), outcome);
+    if (violates_limits && combinations_) {
+      outcome.reason = violation_reason(is_proved_infeasible, outcome);
+      outcome.min_violation_bound = proved ? result.lower_bound : std::numeric_limits<double>::quiet_NaN();
+    }
     record_effort(outcome, proved, true);
     return outcome;
   }
 
-  /// Why the limits are violated.
+  /// Why no combination of sizes that was tried keeps the limits.
   std::string violation_reason(bool is_proved_infeasible, const DesignOutcome& outcome) const {
-    const std::string what = problem_.cardinality_constraints.empty() ? "sizes" : "sizes and elements";
     return fmt::format(
-        "{} keeps all limits{}: {}{}",
-        is_proved_infeasible ? "no combination of " + what : "no combination of " + what + " was found that",
+        "{} all limits{}: {}{}",
+        is_proved_infeasible ? "no combination of sizes keeps" : "no combination of sizes was found that keeps",
         problem_.goals.empty() ? "" : " and meets the conditions",
         describe_worst_limit(problem_.limits, outcome.limits),
-        combinations_ && combinations_->is_exhausted ? ", the least possible for the worst limit" : "");
+        is_proved_infeasible ? ", the least possible for the worst limit" : "");
   }
 
   std::string reason(bool is_proved_infeasible, std::string explanation, DesignOutcome& outcome) {
-    if (full_context().classification.has_geometric())
+    if (combinations_ && full_context().classification.has_geometric())
       return is_proved_infeasible ? "no combination of sizes meets the conditions"
                                   : "no combination of sizes was found that meets the conditions";
     const BranchNode root = BranchingRule(problem_, 0).root();

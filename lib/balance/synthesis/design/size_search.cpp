@@ -343,8 +343,9 @@ class SizeExchange {
         best_.rating = end.rating;
       }
     }
+    budget_.ends.clear();
     for (const DesignRating& end : ends)
-      best_.ends.push_back(end.rank == best_.rating.rank ? end.value : std::numeric_limits<double>::quiet_NaN());
+      budget_.ends.push_back(end.rank == best_.rating.rank ? end.value : std::numeric_limits<double>::quiet_NaN());
     return best_;
   }
 

@@ -28,9 +28,8 @@ struct DesignRating {
 struct SizeSearchResult {
   VectorX x;  ///< the best design [SI]; empty: no combination that was tried is a design
   DesignRating rating;
-  long combinations = 0;          ///< number that was tried
-  bool is_exhausted = false;      ///< whether these are all combinations
-  std::vector<double> ends = {};  ///< the objective at the ends of the searches; NaN: no design
+  long combinations = 0;      ///< number that was tried
+  bool is_exhausted = false;  ///< whether these are all combinations
 };
 
 /// Whether every variable has sizes and nothing else is to be chosen.

@@ -107,12 +107,10 @@ class SingleSolver {
     const bool convex = affine && context_.is_convex();
     is_convex_ = convex && objective_ && objective_->is_convex();
     budget_.begin_search();
-    const std::optional<VectorX> known = is_single_design(context_.problem) ? std::nullopt : find_known_optimum(start_);
-    if (known) target_ = SearchTarget::objective;
-    const VectorX u = known ? *known
-                      : is_single_design(context_.problem)
-                          ? accept_only_design()
-                          : replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
+    const bool is_single = is_single_design(context_.problem);
+    const std::optional<VectorX> known = is_single ? accept_only_design() : find_known_optimum(start_);
+    if (known && !is_single) target_ = SearchTarget::objective;
+    const VectorX u = known ? *known : replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
     budget_.finish_search();
     if (!finish(u)) return;
     const bool unmet = outcome_.status == DesignStatus::compromise || outcome_.status == DesignStatus::infeasible;
