@@ -93,7 +93,7 @@ InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& s
 }
 
 template <class S>
-std::vector<Wrench<S>> compute_unit_wrenches(const Tree<S>& tree, const TreeState<S>& state) {
+UnitWrenches<S> compute_unit_wrenches(const Tree<S>& tree, const TreeState<S>& state) {
   std::vector<Wrench<S>> wrenches(static_cast<std::size_t>(S::inertial_parameter_count) * tree.mass_elements.size());
   for (std::size_t e = 0; e < tree.mass_elements.size(); ++e) {
     const FixedFrame<S>& frame = tree.mass_elements[e].frame;
@@ -134,7 +134,7 @@ InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const T
 
 #define BALANCE_INSTANTIATE(S)                                                                          \
   template VectorX list_inertial_parameters<S>(const Tree<S>&);                                         \
-  template std::vector<Wrench<S>> compute_unit_wrenches<S>(const Tree<S>&, const TreeState<S>&);        \
+  template UnitWrenches<S> compute_unit_wrenches<S>(const Tree<S>&, const TreeState<S>&);               \
   template InertiaRegressor<S> compute_momentum_rate_regressor<S>(const Tree<S>&, const TreeState<S>&); \
   template InertiaRegressor<S> compute_regressor<S>(const Tree<S>&, const TreeState<S>&);
 BALANCE_INSTANTIATE(Planar)

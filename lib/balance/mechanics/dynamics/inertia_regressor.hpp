@@ -29,10 +29,14 @@ struct InertiaRegressor {
 template <class S>
 InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& state);
 
+/// One for each inertial parameter.
+template <class S>
+using UnitWrenches = std::vector<Wrench<S>>;
+
 /// The wrench that gives an element of unit parameter its motion, for every inertial parameter: in the axes of the
 /// element's node, about its origin. Parameters of elements on the ground have none.
 template <class S>
-std::vector<Wrench<S>> compute_unit_wrenches(const Tree<S>& tree, const TreeState<S>& state);
+UnitWrenches<S> compute_unit_wrenches(const Tree<S>& tree, const TreeState<S>& state);
 
 /// Only its force and moment, without visiting the joints: the cost is linear in the size of the mechanism.
 template <class S>
@@ -40,7 +44,7 @@ InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const T
 
 #define BALANCE_DECLARE(S)                                                                                     \
   extern template VectorX list_inertial_parameters<S>(const Tree<S>&);                                         \
-  extern template std::vector<Wrench<S>> compute_unit_wrenches<S>(const Tree<S>&, const TreeState<S>&);        \
+  extern template UnitWrenches<S> compute_unit_wrenches<S>(const Tree<S>&, const TreeState<S>&);               \
   extern template InertiaRegressor<S> compute_momentum_rate_regressor<S>(const Tree<S>&, const TreeState<S>&); \
   extern template InertiaRegressor<S> compute_regressor<S>(const Tree<S>&, const TreeState<S>&);
 BALANCE_DECLARE(Planar)

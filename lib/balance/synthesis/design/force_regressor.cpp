@@ -140,11 +140,11 @@ VectorX ForceRegressor<S>::read_reactions(const TreeState<S>& state, const CostQ
   const bool is_force = quantity.kind == CostQuantity::Kind::joint_force;
   const std::vector<Vector3>& all = is_force ? reactions_.joint_force : reactions_.joint_moment;
   const int width = is_force ? S::dimension : S::angular_dimension;
-  const int first = quantity.member.value_or(0), count = quantity.member ? 1 : static_cast<int>(all.size());
+  const int count = quantity.member ? 1 : static_cast<int>(all.size());
+  const auto first = all.begin() + quantity.member.value_or(0);
   VectorX values(count * width);
   for (int j = 0; j < count; ++j)
-    for (int i = 0; i < width; ++i)
-      values[j * width + i] = all[static_cast<std::size_t>(first + j)][width == 1 ? 2 : i];
+    for (int i = 0; i < width; ++i) values[j * width + i] = first[j][width == 1 ? 2 : i];
   return values;
 }
 
@@ -184,7 +184,7 @@ bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuan
   const VectorX constant = read(wrenches_);
   rows.setZero(constant.size(), columns());
   rows.rightCols(1) = constant;
-  const std::vector<Wrench<S>> unit_wrenches = compute_unit_wrenches(tree_, state);
+  const UnitWrenches<S> unit_wrenches = compute_unit_wrenches(tree_, state);
   for (std::size_t p = 0; p < unit_wrenches.size(); ++p) {
     const NodeId node = tree_.mass_elements[p / S::inertial_parameter_count].frame.node;
     if (node == 0) continue;
