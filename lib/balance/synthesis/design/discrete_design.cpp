@@ -60,9 +60,9 @@ class DiscreteDesign {
 
   DesignOutcome run() {
     if (is_finite(problem_)) {
-      SizeSearchResult sizes = search_sizes();
+      const SizeSearchResult sizes = search_sizes();
       const bool is_final = sizes.x.size() > 0 || sizes.is_exhausted || !problem_.all_different.empty();
-      if (is_final) return make_size_outcome(std::move(sizes));
+      if (is_final) return make_size_outcome(sizes);
     }
     const int element_count = BranchingRule::count_unrestricted_elements(problem_);
     BranchAndBoundResult result = element_count > 0
@@ -178,7 +178,7 @@ class DiscreteDesign {
   }
 
   /// The outcome of a search over combinations of sizes.
-  DesignOutcome make_size_outcome(SizeSearchResult sizes) {
+  DesignOutcome make_size_outcome(const SizeSearchResult& sizes) {
     combinations_ = sizes;
     if (sizes.x.size() == 0) return make_failed_size_outcome();
     using SizeRank = DesignRating::Rank;
