@@ -80,6 +80,15 @@ TEST_CASE("what is not proved the best shows what the least could be") {
                   "optimality: local-best: the best of what was tried (6 starts), not shown to be the best\n") == 0);
 }
 
+TEST_CASE("a proof by trying all sizes says how many there are") {
+  DesignReportData view = sample::design();
+  view.report.outcome.optimality = Optimality::proved_global;
+  view.report.outcome.search_summary = "all 64 combinations of sizes";
+  CHECK(design_text(view, one_line).find("were tried") == std::string::npos);
+  view.report.outcome.effort.tried_all_combinations = true;
+  CHECK(design_text(view, one_line).find("; all 64 combinations of sizes were tried\n") != std::string::npos);
+}
+
 TEST_CASE("the least there is stands only where it is proved (B6)") {
   DesignReportData view = sample::design();
   for (const Optimality optimality :

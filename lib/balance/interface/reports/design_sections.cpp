@@ -553,15 +553,19 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
                         : view.objective.empty() || std::isnan(outcome.objective)
                             ? "the smallest residual of the conditions"
                             : "the best";
+  const std::string exhaustion =
+      outcome.effort.tried_all_combinations ? fmt::format("; {} were tried", outcome.search_summary) : "";
   switch (outcome.optimality) {
     case Optimality::not_optimised: return "optimality: not-asked: there was nothing to minimize\n";
     case Optimality::proved_global:
       if (!outcome.within_limits)
-        return "optimality: proved-best: no other choice has a smaller worst limit violation\n";
+        return fmt::format("optimality: proved-best: no other choice has a smaller worst limit violation{}\n",
+                           exhaustion);
       if (std::isnan(outcome.lower_bound))
-        return "optimality: proved-best: no other choice has a smaller residual of the conditions\n";
-      return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0\n",
-                         number_text(unit.convert(outcome.lower_bound)));
+        return fmt::format("optimality: proved-best: no other choice has a smaller residual of the conditions{}\n",
+                           exhaustion);
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0{}\n",
+                         number_text(unit.convert(outcome.lower_bound)), exhaustion);
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
                          optimum) +

@@ -328,6 +328,7 @@ class SizeExchange {
 
   /// A single search, from the start values.
   SizeSearchResult descend_from_start() { return descend(first_start()); }
+  long tried_count() const { return static_cast<long>(tried_.size()); }
   bool has_tried(const VectorX& x) const { return tried_.contains(std::vector<double>(x.begin(), x.end())); }
 
   SizeSearchResult run() {
@@ -458,9 +459,11 @@ SizeSearchResult try_all_sizes(const DesignProblem& problem, SearchBudget& budge
   CombinationRater rater(problem, budget);
   SizeExchange exchange(problem, budget, rater, max_single_descent);
   result = exchange.descend_from_start();
+  result.combinations = exchange.tried_count();
   result.is_exhausted = CombinationVisitor(problem, rater.variable_order()).run([&](const VectorX& x) {
     if (budget.is_spent()) return false;
-    if (!exchange.has_tried(x)) rater.keep_better(x, result);
+    if (exchange.has_tried(x)) return true;
+    rater.keep_better(x, result);
     if (budget.is_past_deadline()) return false;
     ++result.combinations;
     return true;
