@@ -72,9 +72,14 @@ def is_worse(more, less):
     return exceeds(more.value, less.value, ROUNDING)
 
 
-def complaints_about_work(answers):
-    """Of answers with more and more work."""
+def complaints_about_work(answers, *, timed=False):
+    """Of answers with more and more work.
+
+    @param timed whether seconds are the budget; otherwise what they cut short is not compared: they are not the same work twice
+    """
     found = []
+    if not timed:
+        answers = [(n, answer) for n, answer in answers if answer.found and answer.ended_by != "time"]
     for (k, less), (n, more) in zip(answers, answers[1:]):
         if is_worse(more, less):
             found.append(f"worse with {n} than with {k}: {more}; {less}")
