@@ -222,6 +222,7 @@ class LimitedDesignSolver {
     evaluate_limits(problem_, phase_one);
     if (is_design(phase_one)) return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
     if (is_solved || (!is_success(phase_one) && first.outcome.within_limits)) return first.outcome;
+    if (phase_one.within_limits) return solve_from(std::move(phase_one));
     return make_violating_outcome(std::move(phase_one), first.outcome);
   }
 
@@ -257,13 +258,13 @@ class LimitedDesignSolver {
     return problem;
   }
 
-  /// Repeats the search from a design within the limits; returns that design if this fails.
+  /// Repeats the search from a design or a compromise within the limits; returns that one if this fails.
   DesignOutcome solve_from(DesignOutcome feasible) const {
     DesignProblem problem = remaining(problem_);
     set_start(problem, feasible.x);
     DesignOutcome second = solve_once(problem).outcome;
     evaluate_limits(problem_, second);
-    if (is_design(second)) return second;
+    if (is_design(second) || (second.within_limits && second.status == feasible.status)) return second;
     reset_objective(feasible);
     feasible.optimality = !problem_.objective                                 ? Optimality::not_optimised
                           : second.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
