@@ -137,6 +137,8 @@ class GeometrySearch {
 
   GeometrySearchResult run() {
     TrialDesign best;
+    const TrialDesign start = context_.is_admissible(anchor_) ? evaluator_.evaluate(anchor_) : TrialDesign{};
+    is_compromise_prepared_ = start.is_balanced;
     const bool is_bilevel_applicable = try_bilevel_search(best);
     prepare_compromise(best);
     if (!best.is_balanced)
@@ -144,6 +146,7 @@ class GeometrySearch {
         evaluate_candidate(best, u);
         if (objective_ == nullptr && best.is_balanced) break;
       }
+    evaluator_.keep_better(best, start);
     if (!best.is_balanced) evaluator_.keep_better(best, solve_at_samples());
     if (objective_ != nullptr && best.is_balanced) {
       const double before = best.figure;
@@ -192,6 +195,8 @@ class GeometrySearch {
     if (!is_balanced) return end;
     const double relaxed_figure = end.figure;
     if (!end.is_balanced) evaluate_candidate(end, restore_exactly(u));
+    if (!end.is_balanced && objective_ != nullptr && equations_.primary_rows == 0)
+      evaluator_.keep_better(end, evaluator_.evaluate(minimise_within_limits(context_, *objective_, u)));
     if (objective_ == nullptr || !end.is_balanced) return end;
     if (!objective_->is_simulated() && equations_.primary_rows > 0) descend(end);
     if (end.figure <= relaxed_figure + start_agreement_tolerance / 10 * std::abs(relaxed_figure))
@@ -243,6 +248,8 @@ class GeometrySearch {
 
   /// Minimises the objective on all variables, with the conditions as equalities.
   void improve_exactly(TrialDesign& best) const {
+    if (equations_.primary_rows == 0)
+      return evaluator_.keep_better(best, evaluator_.evaluate(minimise_within_limits(context_, *objective_, best.u)));
     const NonlinearSystem equations = make_equations_near(context_, best.u, equations_);
     const auto restore = [&](const VectorX& u) { return solve_levenberg_marquardt(equations, u).u; };
     const VectorX u = optimise_exact_solutions(context_, *objective_, equations, restore, {best.u}).u;

@@ -410,6 +410,13 @@ VectorX optimise_with_inequalities(const SolverContext& context, const ScaledObj
 
 }  // namespace
 
+VectorX minimise_within_limits(const SolverContext& context, const ScaledObjective& objective, const VectorX& start) {
+  BestPoint best(objective);
+  for (const VectorX& u : {start, optimise_with_inequalities(context, objective, start)})
+    if (context.is_admissible(u)) best.consider(u);
+  return best.optimum.u.size() > 0 ? best.optimum.u : start;
+}
+
 Optimum optimise_compromise(const SolverContext& context, const ScaledObjective& objective, const VectorX& start) {
   const SearchOptions& options = context.problem.search;
   BestPoint best(objective);

@@ -34,6 +34,10 @@ Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjec
                                  const std::function<VectorX(const VectorX&)>& restore,
                                  const std::vector<VectorX>& solutions);
 
+/// A local search of the objective over all admissible designs, regardless of the conditions.
+/// @return the start if nothing admissible was found
+VectorX minimise_within_limits(const SolverContext& context, const ScaledObjective& objective, const VectorX& start);
+
 /// Global, then local search of the objective over all admissible designs, regardless of the conditions.
 /// @return value is not finite if no point with a value was found
 Optimum optimise_compromise(const SolverContext& context, const ScaledObjective& objective, const VectorX& start);
