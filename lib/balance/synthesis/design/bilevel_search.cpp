@@ -233,8 +233,8 @@ class BilevelSearch {
       return;
     begun_.push_back(start);
     InnerSolution optimum = minimise_figure_from(start);
-    // The others are improved on all variables at once, where kinks of the inner optimum are bounds of the masses.
-    if (optimum.is_found && (objective_ == nullptr || objective_->is_simulated()))
+    // Others are improved on all variables at once, where kinks of the inner optimum are bounds of the masses.
+    if (optimum.is_found && (objective_ == nullptr || objective_->is_simulated() || capabilities_.has_convex_limits))
       optimum = descend_along_kinks(std::move(optimum));
     record(optimum);
     if (!handle_start_end_) return;
