@@ -78,6 +78,22 @@ class Orders(Case):
         done = run("design", self.write("engine.yaml", text), "--set", "a2=90")
         self.assert_failure(done, 3, "parameters.a3 and parameters.a4 have only 1 different size: 180")
 
+    def test_what_cannot_be_asked_is_refused_where_it_is_written(self):
+        for names, said in (
+            ("[a1, a2, a3, b4]", "design.all_different[3]: expected a free number with sizes "
+             "(parameters.a2, parameters.a3 or parameters.a4), found 'b4'; nearest is 'a4'"),
+            ("[a2, a3, a2]", "design.all_different[2]: expected each number only once, found 'parameters.a2' again"),
+            ("[[a2, a3], [a3, a4]]", "design.all_different[1][0]: expected each number only once, found 'parameters.a3' again"),
+            ("[a2]", "design.all_different: expected at least two numbers, found one"),
+            ("[a2, shaft]", "found 'shaft'"),
+        ):
+            text = engine(1).replace("all_different: [a1, a2, a3, a4]", f"all_different: {names}")
+            self.assert_failure(run("check", self.write("engine.yaml", text)), 3, said)
+        text = engine(1).replace(f"[{FREE}]", "[90, 180]").replace("start: 270", "start: 180")
+        text = text.replace("[a1, a2, a3, a4]", "[a2, a3, a4]")
+        self.assert_failure(run("check", self.write("engine.yaml", text)), 3, "parameters.a2, parameters.a3 and parameters.a4 have "
+                            "only 2 different sizes: 90 and 180; add sizes, or take numbers out of the list")
+
 
 if __name__ == "__main__":
     unittest.main()
