@@ -27,7 +27,8 @@ class AllDifferentReader {
     reference_.clear();
     read_each(list.items("names of numbers that must be different"), [&](const SpecCursor& item) { read_name(item); });
     if (group_.paths.size() + group_.taken.size() < 2)
-      list.fail({.expected = "at least two numbers", .found = group_.paths.empty() && group_.taken.empty() ? "none" : "one"});
+      list.fail(
+          {.expected = "at least two numbers", .found = group_.paths.empty() && group_.taken.empty() ? "none" : "one"});
     check_adapted(list);
     // elements that are left out do not count, and --set is not the spec's mistake
     if (draft_.study.design.cardinality.empty() && group_.taken.empty()) check_shortage(list);

@@ -35,8 +35,7 @@ BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements
   }
   for (Element& element : elements_)
     for (const auto* variables : {&element.numbers, &element.own_numbers})
-      for (const int i : *variables)
-        element.must_be_decided = element.must_be_decided || all_different_.contains(i);
+      for (const int i : *variables) element.must_be_decided = element.must_be_decided || all_different_.contains(i);
 }
 
 int BranchingRule::count_unrestricted_elements(const DesignProblem& problem) {
