@@ -369,6 +369,8 @@ class DiscreteDesign {
     outcome.certificate.reset();
     if (!explanation.empty()) return explanation;
     if (!is_proved_infeasible) return "no design was found that meets the conditions";
+    if (problem_.cardinality_constraints.empty() && !problem_.all_different.empty())
+      return "no combination of different sizes meets the conditions";
     return problem_.cardinality_constraints.empty()
                ? "no combination of sizes meets the conditions; sizes between them would"
                : "no combination of sizes and elements meets the conditions";
