@@ -3,6 +3,7 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/study/different_numbers.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/com_tool_map.hpp"
 #include "balance/synthesis/conditions/modular_conditions.hpp"
@@ -92,6 +93,19 @@ class SpecDesignModel final : public DesignModel {
   Capabilities capabilities_;
 };
 
+/// @throws std::invalid_argument if numbers that must differ have too few sizes, and no element can be left out
+void check_size_shortage(const Study& study, const std::vector<CardinalityConstraint>& choices) {
+  for (const DifferentNumbers& different : study.design.all_different) {
+    DifferentNumbers present = different;
+    for (const CardinalityConstraint& choice : choices)
+      for (const OptionalElement& element : choice.elements)
+        for (const auto* variables : {&element.variables, &element.own_variables})
+          for (const int i : *variables) std::erase(present.numbers, i);
+    const std::string shortage = find_size_shortage(present, study.free_numbers);
+    if (!shortage.empty()) throw std::invalid_argument("design.all_different: " + shortage);
+  }
+}
+
 DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
   problem.variables = list_design_variables(space.start.free_numbers);
@@ -103,6 +117,8 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   if (!space.start.design.cases.adapted.empty()) reject_temporary_payloads(space.start, "numbers that follow the load");
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, but the spec has none");
   problem.cardinality_constraints = list_optional_elements(space);
+  problem.all_different = space.start.design.all_different;
+  check_size_shortage(space.start, problem.cardinality_constraints);
   if (problem.goals.empty() && terms.empty() && space.start.design.subject_to.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;

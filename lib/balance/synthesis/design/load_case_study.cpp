@@ -125,7 +125,11 @@ void AdaptiveStudy::find_law() {
   DesignStudyOptions law_options = options_;
   law_options.minimize.clear();
   const auto goals = law_options.goals.empty() ? space_.start.design.goals : law_options.goals;
-  if (goals.empty()) return;
+  const auto has_sizes = [this](int i) {
+    return !space_.start.free_numbers[static_cast<std::size_t>(i)].discrete_values.empty();
+  };
+  const bool is_between_sizes = std::any_of(loads().adapted.begin(), loads().adapted.end(), has_sizes);
+  if (goals.empty() || is_between_sizes) return;
   law_ = find_adaptive_law(make_design_problem(law_space, law_options), anchor);
   if (!law_) return;
   for (AdaptiveLaw::Term& term : law_->terms) {
@@ -380,6 +384,7 @@ DesignProblem strip_to_conditions(const DesignProblem& problem) {
   stripped.search = problem.search;
   stripped.on_progress = problem.on_progress;
   stripped.cardinality_constraints = problem.cardinality_constraints;
+  stripped.all_different = problem.all_different;
   return stripped;
 }
 
@@ -392,6 +397,18 @@ std::vector<int> map_to_all_cases(const CaseSpace& cases, const std::vector<int>
           std::find(all.begin(), all.end(), index) == all.end())
         all.push_back(index);
   return all;
+}
+
+/// Numbers that must differ do so in each case; if none of them follows the load, all cases have the same group.
+std::vector<DifferentNumbers> map_to_each_case(const CaseSpace& cases, const std::vector<DifferentNumbers>& groups) {
+  std::vector<DifferentNumbers> mapped;
+  for (const DifferentNumbers& different : groups)
+    for (const auto& position : cases.variable_index) {
+      DifferentNumbers in_case{{}, different.taken};
+      for (const int number : different.numbers) in_case.numbers.push_back(position[static_cast<std::size_t>(number)]);
+      if (mapped.empty() || mapped.back().numbers != in_case.numbers) mapped.push_back(std::move(in_case));
+    }
+  return mapped;
 }
 
 /// Maps the free variables of the solution set from the numbers of all cases back to the spec.
@@ -547,6 +564,7 @@ DesignProblem LoadCaseStudy::make_problem() const {
       element.variables = map_to_all_cases(cases, element.variables);
       element.own_variables = map_to_all_cases(cases, element.own_variables);
     }
+  problem.all_different = map_to_each_case(cases, problem.all_different);
   problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
   case_model_->build_figures(problem);
