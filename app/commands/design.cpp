@@ -83,8 +83,7 @@ ExitCode run(const DesignCommandOptions& options) {
   DesignReport report = run_interruptible_search(
       options, study_options, "searching (Ctrl-C stops with the best so far)", interrupted,
       [&](const DesignStudyOptions& interruptible_options) { return design_or_throw(space, interruptible_options); });
-  const DesignStatus status = report.outcome.status;
-  const bool done = status == DesignStatus::balanced || status == DesignStatus::no_goal;
+  const bool done = is_success(report.outcome);
   const std::string spec = designed_spec_or_throw(space, report);
   DesignReportData view = make_design_data(study_options, space, spec, std::move(report));
   view.interrupted = interrupted;

@@ -7,16 +7,9 @@ using namespace design_tests;
 
 namespace {
 
-/// One link under gravity with counterweights at −0.2 and −0.4 m: met where 0.2 m1 + 0.4 m2 = 2 · 0.25.
-DesignProblem two_counterweights(double most = 10) {
-  return problem(
-      {{"cw1.mass", 0, most, 0.3}, {"cw2.mass", 0, most, 0.1}},
-      [](const VectorX& x) {
-        Mechanism m = planar_arm({0.5}, {2});
-        m.attachments = {counterweight("cw1", 1, -0.2, 0, x[0]), counterweight("cw2", 1, -0.4, 0, x[1])};
-        return m;
-      },
-      GoalKind::statics);
+/// Met where 0.2 m1 + 0.4 m2 = 0.5.
+DesignProblem balanced_link(double max_mass = 10) {
+  return two_counterweights({"a.mass", 0, max_mass, 0.3}, {"b.mass", 0, max_mass, 0.1});
 }
 
 }  // namespace
@@ -44,7 +37,7 @@ TEST_CASE("a slider-crank is force balanced by the centres of mass of crank and 
 }
 
 TEST_CASE("without an objective the solution nearest to the start values is taken, in widths of the bounds") {
-  const DesignOutcome outcome = solve_design(two_counterweights());
+  const DesignOutcome outcome = solve_design(balanced_link());
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the normal of 0.2 m1 + 0.4 m2 = 0.5 through (0.3, 0.1): both bounds are as wide
   const double step = (0.5 - 0.2 * 0.3 - 0.4 * 0.1) / (0.04 + 0.16);
@@ -53,14 +46,14 @@ TEST_CASE("without an objective the solution nearest to the start values is take
 }
 
 TEST_CASE("where the nearest solution leaves the bounds the nearest one within them is taken") {
-  const DesignOutcome outcome = solve_design(two_counterweights(0.9));
+  const DesignOutcome outcome = solve_design(balanced_link(0.9));
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[1] == 0.9);  // at its bound, exactly
   CHECK(outcome.x[0] == doctest::Approx((0.5 - 0.4 * 0.9) / 0.2).epsilon(1e-13));
 }
 
 TEST_CASE("of two counterweights the one with the longer arm is used where the added mass is to be small") {
-  DesignProblem design = two_counterweights();
+  DesignProblem design = balanced_link();
   design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -75,7 +68,7 @@ TEST_CASE("of two counterweights the one with the longer arm is used where the a
 }
 
 TEST_CASE("the least sum of squares among exact solutions is found and proved") {
-  DesignProblem design = two_counterweights();
+  DesignProblem design = balanced_link();
   design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -89,15 +82,15 @@ TEST_CASE("the least sum of squares among exact solutions is found and proved") 
 
 TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
   // max(m1, 3 m2) is least where both are equal: 0.2 t + 0.4 t / 3 = 0.5
-  DesignProblem design = two_counterweights();
+  DesignProblem design = balanced_link();
   Objective peak;
   peak.name = "peak";
   peak.is_convex = true;
   const auto parameters = list_parameters(design.model->build_mechanism(VectorX::Zero(2)));
   Eigen::Index first = 0, second = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].name == "cw1.m") first = static_cast<Eigen::Index>(p);
-    if (parameters[p].name == "cw2.m") second = static_cast<Eigen::Index>(p);
+    if (parameters[p].name == "a.m") first = static_cast<Eigen::Index>(p);
+    if (parameters[p].name == "b.m") second = static_cast<Eigen::Index>(p);
   }
   peak.function = of_parameters([first, second](const VectorX& p, VectorX* gradient) {
     const bool second_rules = 3 * p[second] > p[first];
@@ -151,7 +144,7 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
 }
 
 TEST_CASE("the same problem has the same solution to the last bit") {
-  DesignProblem design = two_counterweights();
+  DesignProblem design = balanced_link();
   design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
   const DesignOutcome first = solve_design(design), second = solve_design(design);
   CHECK(first.x == second.x);

@@ -77,21 +77,23 @@ void add_links(RandomProblem& problem, balance::UniformRandom& random, const std
   }
 }
 
+const std::string four_bar_joints =
+    "joints:\n"
+    "  A: {type: revolute, connects: [ground.A, crank.O]}\n"
+    "  B: {type: revolute, connects: [crank.E, coupler.O]}\n"
+    "  C: {type: revolute, connects: [coupler.E, rocker.E]}\n"
+    "  D: {type: revolute, connects: [ground.D, rocker.O]}\n";
+
 RandomProblem random_four_bar(std::uint64_t seed) {
   balance::UniformRandom random(seed);
   RandomProblem problem;
   problem.mechanism = fmt::format("space: planar\nground: {{points: {{A: [0, 0], D: [{}, 0]}}}}\n", random(0.36, 0.42));
   add_links(problem, random,
             {{"crank", random(0.08, 0.12), ""}, {"coupler", random(0.3, 0.4), ""}, {"rocker", random(0.25, 0.32), ""}});
-  problem.mechanism +=
-      "joints:\n"
-      "  A: {type: revolute, connects: [ground.A, crank.O]}\n"
-      "  B: {type: revolute, connects: [crank.E, coupler.O]}\n"
-      "  C: {type: revolute, connects: [coupler.E, rocker.E]}\n"
-      "  D: {type: revolute, connects: [ground.D, rocker.O]}\n"
-      "actuators: [A]\nassembly: {A: 0.5, B: 0.1, D: 1.8}\n"
-      "motion: {duration: 0.5, samples: 41, from: {joints: {A: 0.5}}, to: {joints: {A: 1.7}}}\n"
-      "trajectories: {go: {law: cycloidal, drive: joints}}\n";
+  problem.mechanism += four_bar_joints +
+                       "actuators: [A]\nassembly: {A: 0.5, B: 0.1, D: 1.8}\n"
+                       "motion: {duration: 0.5, samples: 41, from: {joints: {A: 0.5}}, to: {joints: {A: 1.7}}}\n"
+                       "trajectories: {go: {law: cycloidal, drive: joints}}\n";
   return problem;
 }
 
@@ -105,25 +107,20 @@ RandomProblem random_six_bar(std::uint64_t seed) {
              {"rocker", 0.25, ""},
              {"rod", 0.32, ""},
              {"out", 0.25, ""}});
-  problem.mechanism +=
-      "joints:\n"
-      "  A: {type: revolute, connects: [ground.A, crank.O]}\n"
-      "  B: {type: revolute, connects: [crank.E, coupler.O]}\n"
-      "  C: {type: revolute, connects: [coupler.E, rocker.E]}\n"
-      "  D: {type: revolute, connects: [ground.D, rocker.O]}\n"
-      "  F: {type: revolute, connects: [coupler.F, rod.O]}\n"
-      "  H: {type: revolute, connects: [rod.E, out.E]}\n"
-      "  G: {type: revolute, connects: [ground.G, out.O]}\n"
-      "actuators: [A]\nassembly: {A: 0.5, B: 0.1, D: 1.8, F: -0.3, G: 2.5}\n"
-      "motion: {duration: 0.5, samples: 41, from: {joints: {A: 0.5}}, to: {joints: {A: 1.3}}}\n"
-      "trajectories: {go: {law: cycloidal, drive: joints}}\n";
+  problem.mechanism += four_bar_joints +
+                       "  F: {type: revolute, connects: [coupler.F, rod.O]}\n"
+                       "  H: {type: revolute, connects: [rod.E, out.E]}\n"
+                       "  G: {type: revolute, connects: [ground.G, out.O]}\n"
+                       "actuators: [A]\nassembly: {A: 0.5, B: 0.1, D: 1.8, F: -0.3, G: 2.5}\n"
+                       "motion: {duration: 0.5, samples: 41, from: {joints: {A: 0.5}}, to: {joints: {A: 1.3}}}\n"
+                       "trajectories: {go: {law: cycloidal, drive: joints}}\n";
   return problem;
 }
 
 /// The least figure of the designs with at most `count` of the counterweights, each set solved without a choice;
 /// infinite if no set of them does.
 double min_over_all_sets(const RandomProblem& problem, std::size_t count, const std::string& design) {
-  double least = std::numeric_limits<double>::infinity();
+  double min_figure = std::numeric_limits<double>::infinity();
   const std::size_t n = problem.counterweights.size();
   for (std::size_t set = 1; set < std::size_t{1} << n; ++set) {
     Names names;
@@ -131,9 +128,9 @@ double min_over_all_sets(const RandomProblem& problem, std::size_t count, const 
       if ((set >> k & 1U) != 0) names.push_back(problem.counterweights[k]);
     if (names.size() != count) continue;
     const balance::DesignOutcome outcome = problem.solve(names, design).outcome;
-    if (outcome.status == DesignStatus::balanced) least = std::min(least, outcome.objective);
+    if (outcome.status == DesignStatus::balanced) min_figure = std::min(min_figure, outcome.objective);
   }
-  return least;
+  return min_figure;
 }
 
 constexpr const char* designs[] = {"goal: force, minimize: added-mass",
@@ -181,15 +178,15 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
                                     "goal: force, minimize: added-mass", "minimize: {rms: torque, along: cycloid}");
   const DesignReport best = find_design(read(text));
   CHECK(best.outcome.optimality == balance::Optimality::proved_global);
-  double least = 1e9;
+  double min_figure = 1e9;
   const std::vector<std::string> names = {"cw11", "cw12", "cw21", "cw22"};
   for (std::size_t i = 0; i < names.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       const DesignReport pair = find_design(
           read(replaced(text, "[cw11, cw12, cw21, cw22], most: 2", "[" + names[i] + ", " + names[k] + "], most: 0")));
-      least = std::min(least, pair.outcome.objective);  // the other pair
+      min_figure = std::min(min_figure, pair.outcome.objective);  // the other pair
     }
-  CHECK(best.outcome.objective == doctest::Approx(least).epsilon(1e-6));
+  CHECK(best.outcome.objective == doctest::Approx(min_figure).epsilon(1e-6));
 }
 
 TEST_CASE("what cannot vanish cannot be left out") {

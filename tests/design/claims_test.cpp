@@ -12,18 +12,6 @@ using namespace design_tests;
 
 namespace {
 
-/// Two counterweights on one link of 2 kg whose CoM lies at 0.25: 0.2 a + 0.4 b = 0.5.
-DesignProblem two_counterweights() {
-  return problem(
-      {{"a", 0, 10, 1}, {"b", 0, 10, 1}},
-      [](const VectorX& x) {
-        Mechanism m = planar_arm({0.5}, {2});
-        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
-        return m;
-      },
-      GoalKind::statics);
-}
-
 Objective by_variables(std::function<double(const VectorX&)> f, const std::string& failure_reason = "") {
   Objective figure;
   figure.name = "figure";

@@ -198,14 +198,7 @@ TEST_CASE("a compromise by simulation keeps the bounds and improves the figure, 
 }
 
 TEST_CASE("an objective along the conditions is minimised by simulation too") {
-  auto design = problem(
-      {{"a", 0, 10, 1}, {"b", 0, 10, 1}},
-      [](const VectorX& x) {
-        Mechanism m = planar_arm({0.5}, {2});
-        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
-        return m;
-      },
-      GoalKind::statics);
+  auto design = two_counterweights();
   Objective figure;
   figure.name = "figure";
   figure.function = of_variables([](const VectorX& x) { return x.squaredNorm(); });
@@ -221,14 +214,7 @@ TEST_CASE("an objective along the conditions is minimised by simulation too") {
 }
 
 TEST_CASE("a limit's slope is its own figure's, whatever the objective's, and so is that of the largest violation") {
-  auto design = problem(
-      {{"a", 0, 2, 0.5}, {"b", 0, 3, 0.5}},
-      [](const VectorX& x) {
-        Mechanism m = planar_arm({0.5}, {2});
-        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
-        return m;
-      },
-      GoalKind::statics);
+  auto design = two_counterweights({"a", 0, 2, 0.5}, {"b", 0, 3, 0.5});
   design.objective = steep_limit(7, 1).figure;
   design.limits = {steep_limit(3, 2), steep_limit(-5, -4)};
   for (const VectorX& u : {VectorX{{0.2, -0.6}}, VectorX{{-0.4, 0.5}}}) {

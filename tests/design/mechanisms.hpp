@@ -113,6 +113,19 @@ inline DesignProblem problem(std::vector<DesignVariable> variables,
   return p;
 }
 
+/// A link of 2 kg whose CoM lies at 0.25 with two counterweights of free mass: 0.2 a + 0.4 b = 0.5 balances it.
+inline DesignProblem two_counterweights(const DesignVariable& a = {"a", 0, 10, 1},
+                                        const DesignVariable& b = {"b", 0, 10, 1}) {
+  return problem(
+      {a, b},
+      [](const VectorX& x) {
+        Mechanism m = planar_arm({0.5}, {2});
+        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
+        return m;
+      },
+      GoalKind::statics);
+}
+
 /// Largest size of what the conditions of the mechanism at x leave; derived anew.
 inline double judged(const DesignProblem& p, const VectorX& x) {
   const Mechanism mechanism = p.model->build_mechanism(x);

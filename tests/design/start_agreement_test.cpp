@@ -43,17 +43,9 @@ TEST_CASE("design: starts agree up to 1e-6 of the best value, also where that is
   CHECK(compare_starts({0, 5e-13, 0, 1}, 0).agreeing == 3);
 }
 
-/// A link of 2 kg whose CoM lies at 0.25 and two counterweights, 0.2 a + 0.4 b = 0.5, with a figure of several minima
-/// along the line of exact designs.
+/// Two counterweights with a figure of several minima along the line of exact designs.
 DesignProblem wavy_problem(int max_starts) {
-  DesignProblem wavy = problem(
-      {{"a", 0, 2.5, 2.4}, {"b", 0, 10, 1}},
-      [](const VectorX& x) {
-        Mechanism m = planar_arm({0.5}, {2});
-        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
-        return m;
-      },
-      GoalKind::statics);
+  DesignProblem wavy = two_counterweights({"a", 0, 2.5, 2.4});
   Objective figure;
   figure.name = "figure";
   figure.function = of_variables([](const VectorX& x) { return 3 + std::cos(9 * x[0]) + 0.2 * x[0]; });

@@ -314,14 +314,16 @@ bool has_variable_geometry(const DesignSpace& space) {
       for (const double entry : from.orientation->reshaped()) values.push_back(entry);
     return values;
   };
+  const std::vector<double> start_pose = pose_of(space.instantiate(start));
   for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i) {
     const FreeNumber& number = space.start.free_numbers[i];
     const auto k = static_cast<Eigen::Index>(i);
     VectorX x = start;
     x[k] = start[k] - number.lower > number.upper - start[k] ? (start[k] + number.lower) / 2
                                                              : (start[k] + number.upper) / 2;
-    const DesignInstance a = space.instantiate(start), b = space.instantiate(x);
-    if (!design::is_equal_to_rounding(design::collect_geometry(b.mechanism, {}), lengths) || pose_of(a) != pose_of(b))
+    const DesignInstance changed = space.instantiate(x);
+    if (!design::is_equal_to_rounding(design::collect_geometry(changed.mechanism, {}), lengths) ||
+        pose_of(changed) != start_pose)
       return true;
   }
   return false;

@@ -58,9 +58,11 @@ class BilevelSearch {
     designs.is_applicable = true;
     // The anchor comes first, so that there is a design soon.
     if (has_figure_) search_figure_from(outer_variables(anchor_));
-    const std::vector<InnerSolution> points = sample_outer_space();
-    if (has_conditions_) search_balance(points);
-    if (has_figure_) search_figure(points);
+    if (!is_finished_ || has_conditions_) {
+      const std::vector<InnerSolution> points = sample_outer_space();
+      if (has_conditions_) search_balance(points);
+      if (has_figure_) search_figure(points);
+    }
     if (capabilities_.has_convex_limits) tighten_limits();
     collect_designs(designs);
     return designs;
@@ -107,14 +109,13 @@ class BilevelSearch {
       for (std::size_t k = 0; k < is_active_parameter.size(); ++k)
         is_active_parameter[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
     }
-    const VectorX x = context_.scaling.to_variables(anchor_);
     if (capabilities_.has_convex_terms) {
-      const auto figures = context_.problem.model->convex_terms(x, FigureSampling::coarse);
+      const auto figures = context_.convex_terms(anchor_, FigureSampling::coarse);
       if (!figures) return {};
       mark_active_parameters(*figures, is_active_parameter);
     }
     if (!capabilities_.has_convex_limits) return is_active_parameter;
-    const auto limits = context_.problem.model->convex_limits(x);
+    const auto limits = context_.convex_limits(anchor_);
     if (!limits) return {};
     for (const ConvexLimit& limit : *limits) mark_active_parameters(limit.figures, is_active_parameter);
     return is_active_parameter;

@@ -286,13 +286,6 @@ DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& b
   return restricted;
 }
 
-void set_start(DesignProblem& problem, const VectorX& x) {
-  for (std::size_t i = 0; i < problem.variables.size(); ++i) {
-    DesignVariable& variable = problem.variables[i];
-    variable.start = std::clamp(x[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
-  }
-}
-
 NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& full_problem, const BranchNode& branch)
     : problem(restrict_to_node(full_problem, branch, full_problem.search.max_time)),
       budget(full_problem.search.max_time),
@@ -303,13 +296,11 @@ NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& full_pro
   std::vector<AffineFigure> figures;
   const DesignModel::Capabilities capabilities = full_problem.model->capabilities();
   if (full_problem.objective && capabilities.has_convex_terms)
-    if (auto convex_terms = full_problem.model->convex_terms(context.scaling.to_variables(context.scaling.start()),
-                                                             FigureSampling::full))
+    if (auto convex_terms = context.convex_terms(context.scaling.start(), FigureSampling::full))
       figures = std::move(*convex_terms);
   std::vector<ConvexLimit> limits;
   if (capabilities.has_convex_limits)
-    if (auto convex_limits = full_problem.model->convex_limits(context.scaling.to_variables(context.scaling.start())))
-      limits = std::move(*convex_limits);
+    if (auto convex_limits = context.convex_limits(context.scaling.start())) limits = std::move(*convex_limits);
   const ConditionResidual rows(context, conditions);
   const auto condition_variables = find_condition_variables(context, conditions, context.scaling.start());
   const VectorX at_start = rows.evaluate_from_mechanism(context.scaling.start());
@@ -410,7 +401,7 @@ constexpr double leaf_time_fraction = 0.25;
 
 /// Whether all conditions are met that masses can meet.
 bool has_met_conditions(const DesignOutcome& outcome) {
-  if (outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal) return true;
+  if (is_success(outcome)) return true;
   return std::all_of(outcome.unmet_conditions.begin(), outcome.unmet_conditions.end(), [&](int row) {
     return row >= outcome.conditions.parameter_rows() &&
            std::find(outcome.unmet_fixed_conditions.begin(), outcome.unmet_fixed_conditions.end(), row) !=

@@ -4,6 +4,8 @@
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/conic_relaxation.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/size_search.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
 
 #include <memory>
@@ -78,8 +80,6 @@ enum class BranchObjective {
 /// The problem within a node, without discrete values and choices.
 /// @param seconds time limit of its search
 DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds);
-/// Replaces the start values by x, within the bounds.
-void set_start(DesignProblem& problem, const VectorX& x);
 
 class NodeBounds {
  public:
@@ -120,12 +120,9 @@ class NodeBounds {
 
 // Search over the nodes of a design problem with discrete values and choices.
 
-/// Relative tolerance for a figure above its bound: round-off of the convex relaxation.
-inline constexpr double relative_gap_tolerance = 1e-6;
-
 /// A design in which all discrete decisions are made.
 struct DiscreteCandidate {
-  enum class Rank { exact, limits_violated, conditions_violated };
+  using Rank = DesignRating::Rank;
   Rank rank = Rank::conditions_violated;
   double value = 0;  ///< figure; violation of the limits; residual of the conditions, or the figure of such designs
   DesignOutcome outcome;

@@ -135,6 +135,19 @@ DesignProblem make_phase_one_problem(const DesignProblem& problem) {
   return phase_one;
 }
 
+VectorX start_values(const DesignProblem& problem) {
+  VectorX start(static_cast<Eigen::Index>(problem.variables.size()));
+  for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = problem.variables[static_cast<std::size_t>(i)].start;
+  return start;
+}
+
+void set_start(DesignProblem& problem, const VectorX& x) {
+  for (std::size_t i = 0; i < problem.variables.size(); ++i) {
+    DesignVariable& variable = problem.variables[i];
+    variable.start = std::clamp(x[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
+  }
+}
+
 bool is_single_design(const DesignProblem& problem) {
   return std::all_of(problem.variables.begin(), problem.variables.end(),
                      [](const DesignVariable& variable) { return variable.lower == variable.upper; });

@@ -13,6 +13,11 @@ namespace balance::design {
 /// @param problem everything that it refers to must outlive the result
 DesignProblem make_phase_one_problem(const DesignProblem& problem);
 
+VectorX start_values(const DesignProblem& problem);
+
+/// Replaces the start values by x, within the bounds.
+void set_start(DesignProblem& problem, const VectorX& x);
+
 /// Whether the bounds leave one value to every variable.
 bool is_single_design(const DesignProblem& problem);
 

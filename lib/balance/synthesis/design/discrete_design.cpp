@@ -181,11 +181,8 @@ class DiscreteDesign {
   DesignOutcome make_size_outcome(const SizeSearchResult& sizes) {
     combinations_ = sizes;
     if (sizes.x.size() == 0) return make_failed_size_outcome();
-    using SizeRank = DesignRating::Rank;
     DiscreteCandidate candidate;
-    candidate.rank = sizes.rating.rank == SizeRank::exact             ? Rank::exact
-                     : sizes.rating.rank == SizeRank::limits_violated ? Rank::limits_violated
-                                                                      : Rank::conditions_violated;
+    candidate.rank = std::min(sizes.rating.rank, Rank::conditions_violated);
     candidate.value = sizes.rating.value;
     candidate.outcome = evaluate_design(sizes.x);
     BranchAndBoundResult result;
@@ -199,7 +196,7 @@ class DiscreteDesign {
   }
 
   DesignOutcome make_failed_size_outcome() {
-    DesignOutcome outcome = evaluate_design(start_values());
+    DesignOutcome outcome = evaluate_design(start_values(problem_));
     const std::string reason = outcome.reason;
     outcome.status = DesignStatus::unsolved;
     outcome.reason = fmt::format("none of the {} combinations of sizes gives a design{}", combinations_->combinations,
@@ -248,7 +245,7 @@ class DiscreteDesign {
   DesignOutcome complete_outcome(DesignOutcome outcome) {
     const bool has_conditions = outcome.conditions.status == ConditionsStatus::done && !problem_.goals.empty();
     if (combinations_ && has_conditions) complete_conditions(outcome);
-    const VectorX start = start_values();
+    const VectorX start = start_values(problem_);
     if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
     if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
       outcome.objective = 0;
@@ -280,13 +277,6 @@ class DiscreteDesign {
   const SolverContext& full_context() {
     if (!full_context_) full_context_ = std::make_unique<const SolverContext>(problem_, context_budget_);
     return *full_context_;
-  }
-
-  VectorX start_values() const {
-    VectorX start(static_cast<Eigen::Index>(problem_.variables.size()));
-    for (std::size_t i = 0; i < problem_.variables.size(); ++i)
-      start[static_cast<Eigen::Index>(i)] = problem_.variables[i].start;
-    return start;
   }
 
   std::string search_summary() const {

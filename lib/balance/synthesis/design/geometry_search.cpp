@@ -138,6 +138,7 @@ class GeometrySearch {
   GeometrySearchResult run() {
     TrialDesign best;
     const bool is_bilevel_applicable = try_bilevel_search(best);
+    prepare_compromise(best);
     if (!best.is_balanced)
       for (const VectorX& u : find_exact_designs()) {
         evaluate_candidate(best, u);
@@ -165,8 +166,11 @@ class GeometrySearch {
       if (u.size() > 0 && context_.infeasibility_reason(u).empty()) end = finish_start(u, is_balanced);
       evaluator_.keep_better(best, end);
       if (objective_ == nullptr) return false;
-      context_.budget.ends.push_back(end.is_balanced ? end.figure : no_value);
-      return best.is_balanced && compare_starts(context_.budget.ends, best.figure).is_reached();
+      std::vector<double>& ends = context_.budget.ends;
+      ends.push_back(end.is_balanced ? end.figure : no_value);
+      prepare_compromise(best);
+      return static_cast<int>(ends.size()) >= context_.problem.search.max_restarts ||
+             (best.is_balanced && compare_starts(ends, best.figure).is_reached());
     };
     const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false, handle_start_end);
     for (const VectorX& u : designs.balanced) {
@@ -401,15 +405,41 @@ class GeometrySearch {
       evaluator_.keep_better(best, evaluator_.evaluate(*end));
   }
 
+  /// One start of search_without_conditions, unless there is a balanced design: the search for such may take all the
+  /// time that is left.
+  void prepare_compromise(TrialDesign& best) {
+    if (best.is_balanced || is_compromise_prepared_ || !evaluator_.is_figure_first()) return;
+    is_compromise_prepared_ = true;
+    std::vector<double> ends;
+    search_without_conditions(best, 1, ends);
+  }
+
+  /// Minimises the objective regardless of the conditions.
+  /// @param ends receives the value at which each start ended
+  /// @return whether the bilevel search applies to the problem
+  bool search_without_conditions(TrialDesign& best, int max_starts, std::vector<double>& ends) {
+    const auto handle_start_end = [&](const VectorX& u, bool) {
+      TrialDesign end;
+      if (u.size() > 0 && context_.is_admissible(u)) end = evaluator_.evaluate(u);
+      evaluator_.keep_better(best, end);
+      ends.push_back(end.is_feasible ? end.figure : no_value);
+      return static_cast<int>(ends.size()) >= max_starts || compare_starts(ends, best.figure).is_reached();
+    };
+    const BilevelResult designs = search_bilevel(context_, anchor_, objective_, true, handle_start_end);
+    for (const VectorX& u : designs.balanced) evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
+    return designs.is_applicable;
+  }
+
   /// The best design that is not balanced.
   TrialDesign search_compromise(TrialDesign best) {
+    std::vector<double> ends;
+    const bool is_bilevel_applicable =
+        evaluator_.is_figure_first() && search_without_conditions(best, context_.problem.search.max_restarts, ends);
+    if (is_bilevel_applicable && !best.is_balanced) context_.budget.ends = std::move(ends);
     evaluator_.keep_better(best, evaluator_.solve_at_geometry(anchor_));
     if (best_descent_.values.size() > 0) evaluator_.keep_better(best, evaluator_.evaluate(best_descent_.u));
     for (const VectorX& u : unbalanced_candidates_) evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
-    BilevelResult designs;
-    if (evaluator_.is_figure_first()) designs = search_bilevel(context_, anchor_, objective_, true);
-    for (const VectorX& u : designs.balanced) evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
-    if (best.is_feasible && !designs.is_applicable) search_lengths(best, [](const TrialDesign&) { return true; });
+    if (best.is_feasible && !is_bilevel_applicable) search_lengths(best, [](const TrialDesign&) { return true; });
     return best;
   }
 
@@ -428,6 +458,7 @@ class GeometrySearch {
   const NonlinearSystem& equations_;
   const ScaledObjective* objective_;
   TrialEvaluator evaluator_;
+  bool is_compromise_prepared_ = false;
   std::vector<int> geometric_variables_, inertial_variables_;
   std::optional<VectorX> balanced_without_value_;
   /// Least figure of a design that is exact without any loss against its relaxation, hence optimal for its lengths.
@@ -503,7 +534,7 @@ TrialDesign TrialEvaluator::solve_at_geometry(const VectorX& u) const {
     const DesignProblem inner = make_fixed_geometry_problem(context_, x, context_.budget.remaining_time());
     const DesignOutcome outcome = solve_design(inner);
     if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::no_feasible_start) return trial;
-    trial.is_balanced = outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
+    trial.is_balanced = is_success(outcome);
     for (std::size_t k = 0; k < inertial_variables_.size(); ++k) {
       const auto i = inertial_variables_[k];
       const double half = context_.scaling.half_width()[i];

@@ -1,6 +1,5 @@
 #include "balance/synthesis/design/inner_problem.hpp"
 
-#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
@@ -73,25 +72,20 @@ std::optional<InnerData> InnerProblem::make_data(const VectorX& u) const {
     data.right = -rows * data.terms.constant;
     if (!data.rows.allFinite() || !data.right.allFinite()) return std::nullopt;
   }
-  try {
-    if (wants_figure() && !add_figures(u, data)) return std::nullopt;
-  } catch (const DeadlineExceeded&) {
-    return std::nullopt;
-  }
+  if (wants_figure() && !add_figures(u, data)) return std::nullopt;
   return data;
 }
 
 bool InnerProblem::add_figures(const VectorX& u, InnerData& data) const {
-  const VectorX x = context_.scaling.to_variables(u);
-  const DesignModel& model = *context_.problem.model;
-  if (model.capabilities().has_convex_terms) {
-    const auto figures = model.convex_terms(x, FigureSampling::coarse);
+  const DesignModel::Capabilities capabilities = context_.problem.model->capabilities();
+  if (capabilities.has_convex_terms) {
+    const auto figures = context_.convex_terms(u, FigureSampling::coarse);
     if (!figures) return false;
     for (const AffineFigure& figure : *figures)
       data.figures.push_back({express_in_unknowns(figure, data.terms), figure_scale_});
   }
-  if (!model.capabilities().has_convex_limits) return true;
-  const auto limits = model.convex_limits(x);
+  if (!capabilities.has_convex_limits) return true;
+  const auto limits = context_.convex_limits(u);
   if (!limits) return false;
   data.limit_bounds.resize(static_cast<Eigen::Index>(limits->size()));
   data.violation_floor = context_.problem.violation_floor;

@@ -1,9 +1,9 @@
 #include "balance/synthesis/design/limit_relaxation.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"
-#include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,10 +19,6 @@ constexpr double relaxed_time_fraction = 0.3;
 
 bool is_convex(const DesignLimit& limit) {
   return limit.figure.is_constant || (limit.is_lower ? limit.figure.is_concave : limit.figure.is_convex);
-}
-
-bool is_design(const DesignOutcome& outcome) {
-  return (outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal) && outcome.within_limits;
 }
 
 /// The problem without the limits that are not convex; std::nullopt if there are none, or if no proof is to be expected.
@@ -48,15 +44,6 @@ DesignProblem fix_at_start(const DesignProblem& problem) {
   for (DesignVariable& variable : fixed.variables) variable.lower = variable.upper = variable.start;
   fixed.is_subproblem = true;
   return fixed;
-}
-
-void apply_bound(double lower_bound, DesignOutcome& outcome) {
-  if (!is_design(outcome) || outcome.optimality == Optimality::proved_global || !std::isfinite(lower_bound)) return;
-  outcome.lower_bound = std::isfinite(outcome.lower_bound) ? std::max(outcome.lower_bound, lower_bound) : lower_bound;
-  outcome.lower_bound = std::min(outcome.lower_bound, outcome.objective);
-  if (outcome.gap() > relative_gap_tolerance * std::abs(outcome.objective)) return;
-  outcome.optimality = Optimality::proved_global;
-  outcome.effort.termination = SearchEffort::Termination::proved;
 }
 
 }  // namespace
@@ -99,7 +86,8 @@ DesignOutcome solve_with_limits(const DesignProblem& problem,
       outcome = std::move(start);
     }
   }
-  apply_bound(lower_bound, outcome);
+  if (is_design(outcome) && outcome.optimality != Optimality::proved_global && std::isfinite(lower_bound))
+    raise_lower_bound(outcome, lower_bound);
   return outcome;
 }
 

@@ -437,16 +437,19 @@ Optimum optimise_compromise(const SolverContext& context, const ScaledObjective&
   };
   const int evaluations =
       objective.is_simulated() ? std::max(1, options.max_evaluations / 20) : options.max_evaluations;
-  const StoppingCriteria limits{evaluations, context.budget.remaining_time() / 2, 0, 0,
+  const auto descend_from = [&](const VectorX& from) {
+    if (is_gradient_based(choose_local_method(context, objective)) && std::isfinite(objective(from, nullptr)))
+      consider(optimise_with_inequalities(context, objective, from));
+  };
+  descend_from(start);
+  const StoppingCriteria limits{evaluations, context.budget.remaining_time(), 0, 0,
                                 context.budget.make_stop_callback()};
   const VectorX coarse =
       context.scaling.size() > 0
           ? search_globally(options.global, program, start, limits, options.seed, !objective.is_simulated()).u
           : start;
   consider(coarse);
-  if (is_gradient_based(choose_local_method(context, objective)))
-    for (const VectorX& from : {coarse, start})
-      if (std::isfinite(objective(from, nullptr))) consider(optimise_with_inequalities(context, objective, from));
+  descend_from(coarse);
   MultistartSettings settings;
   settings.objective = value;
   settings.starts = {best.optimum.u.size() > 0 ? best.optimum.u : start, coarse, start};

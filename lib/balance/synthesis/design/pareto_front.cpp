@@ -151,10 +151,6 @@ DesignStudyOptions own_terms(DesignStudyOptions options) {
   return options;
 }
 
-bool is_design(const DesignOutcome& outcome) {
-  return (outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal) && outcome.within_limits;
-}
-
 }  // namespace
 
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,

@@ -14,6 +14,10 @@ namespace balance::design {
 
 namespace {
 
+/// Violation up to which a search takes a limit as satisfied: less than limit_tolerance, as numbers are rounded when
+/// they leave the search.
+constexpr double search_limit_tolerance = limit_tolerance / 2;
+
 /// Indices of the requested parameters among those that include the products of all loose springs.
 std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSprings& requested_springs,
                                         const FreeSprings& all_springs) {
@@ -182,7 +186,7 @@ void DesignLimits::evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) con
 
 bool DesignLimits::is_satisfied(const VectorX& u) const {
   for (std::size_t k = 0; k < limits_.size(); ++k)
-    if (!(relative_violation(limits_[k], figures_[k](u, nullptr)) <= limit_tolerance)) return false;
+    if (!(relative_violation(limits_[k], figures_[k](u, nullptr)) <= search_limit_tolerance)) return false;
   return true;
 }
 

@@ -1,8 +1,6 @@
 #include "balance/synthesis/design/solution_analysis.hpp"
 
-#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/elementary.hpp"
-#include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
@@ -310,15 +308,9 @@ FigureFace::FigureFace(const SolverContext& context, VectorX u, std::vector<Affi
 
 std::optional<FigureFace> FigureFace::make(const SolverContext& context, const VectorX& u) {
   if (!context.problem.model->capabilities().has_convex_terms) return std::nullopt;
-  try {
-    auto figures = context.problem.model->convex_terms(context.scaling.to_variables(u), FigureSampling::full);
-    if (!figures) return std::nullopt;
-    return FigureFace(context, u, std::move(*figures));
-  } catch (const SpecError&) {
-    return std::nullopt;  // an expression of the spec has no value here
-  } catch (const DeadlineExceeded&) {
-    return std::nullopt;
-  }
+  auto figures = context.convex_terms(u, FigureSampling::full);
+  if (!figures) return std::nullopt;
+  return FigureFace(context, u, std::move(*figures));
 }
 
 namespace {
@@ -674,6 +666,13 @@ void assess_optimality(const SolverContext& context, SearchTarget target, bool p
   } else {
     outcome.optimality = Optimality::local_optimum;
   }
+}
+
+void raise_lower_bound(DesignOutcome& outcome, double lower_bound) {
+  outcome.lower_bound = std::min(std::fmax(outcome.lower_bound, lower_bound), outcome.objective);
+  if (outcome.gap() > relative_gap_tolerance * std::abs(outcome.objective)) return;
+  outcome.optimality = Optimality::proved_global;
+  outcome.effort.termination = SearchEffort::Termination::proved;
 }
 
 std::string undefined_objective_reason(const Objective& objective, const std::string& where,

@@ -81,6 +81,12 @@ enum class SearchTarget {
 /// @param proved whether value and lower bound agree
 void assess_optimality(const SolverContext& context, SearchTarget target, bool proved, DesignOutcome& outcome);
 
+/// Relative tolerance for a figure above its bound: round-off of the convex relaxation.
+inline constexpr double relative_gap_tolerance = 1e-6;
+
+/// Raises the lower bound of a design's objective; if that closes the gap, the design is proved optimal.
+void raise_lower_bound(DesignOutcome& outcome, double lower_bound);
+
 /// Message for `reason` if no design has a value of the objective.
 std::string undefined_objective_reason(const Objective& objective, const std::string& where,
                                        const std::string& failure_reason);

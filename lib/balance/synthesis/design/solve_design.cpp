@@ -43,9 +43,7 @@ bool is_bound_useful(const DesignProblem& problem, const DesignOutcome& outcome)
 void restart_from(const DesignProblem& problem, const VectorX& from, DesignOutcome& outcome,
                   const std::function<DesignOutcome(const DesignProblem&)>& search) {
   DesignProblem restarted_problem = problem;
-  for (std::size_t i = 0; i < restarted_problem.variables.size(); ++i)
-    restarted_problem.variables[i].start = std::clamp(
-        from[static_cast<Eigen::Index>(i)], restarted_problem.variables[i].lower, restarted_problem.variables[i].upper);
+  set_start(restarted_problem, from);
   DesignOutcome restarted = search(restarted_problem);
   if (restarted.status != outcome.status || !(restarted.objective < outcome.objective)) return;
   restarted.residuals_before = outcome.residuals_before;
@@ -71,14 +69,10 @@ void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
     return;
   }
   if (!std::isfinite(bound.lower_bound)) return;
-  const auto close = [&] {
-    return outcome.objective - bound.lower_bound <= relative_gap_tolerance * std::abs(outcome.objective);
-  };
-  if (!close() && bound.x.size() > 0) restart_from(problem, bound.x, outcome, search);
-  outcome.lower_bound = std::min(bound.lower_bound, outcome.objective);
-  if (!close()) return;
-  outcome.optimality = Optimality::proved_global;
-  outcome.effort.termination = SearchEffort::Termination::proved;
+  const double gap = outcome.objective - bound.lower_bound;
+  if (gap > relative_gap_tolerance * std::abs(outcome.objective) && bound.x.size() > 0)
+    restart_from(problem, bound.x, outcome, search);
+  raise_lower_bound(outcome, bound.lower_bound);
 }
 
 }  // namespace balance::design
@@ -89,19 +83,24 @@ namespace {
 
 using namespace design;
 
-bool is_success(const DesignOutcome& outcome) {
-  return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
+/// The largest violation of a limit; zero or negative: all are satisfied.
+double max_limit_violation(const DesignOutcome& outcome) {
+  double largest = 0;
+  for (const LimitOutcome& limit : outcome.limits) largest = std::max(largest, limit.violation);
+  return largest;
 }
 
-/// Whether one result of the same problem is better than another: within the limits first, then balanced, then by the
-/// objective.
+/// Whether one result of the same problem is better than another: balanced first, then within the limits or nearer to
+/// them, then by the objective.
 bool is_better(const DesignOutcome& one, const DesignOutcome& other) {
   const auto rank = [](const DesignOutcome& outcome) {
-    const bool is_design =
+    const bool has_numbers =
         outcome.status != DesignStatus::unsolved && outcome.status != DesignStatus::no_feasible_start;
-    return (is_design ? 1 : 0) + (is_design && outcome.within_limits ? 2 : 0) + (is_success(outcome) ? 4 : 0);
+    return (has_numbers ? 1 : 0) + (has_numbers && outcome.within_limits ? 2 : 0) + (is_success(outcome) ? 4 : 0);
   };
   if (rank(one) != rank(other)) return rank(one) > rank(other);
+  if (!one.within_limits && !other.within_limits && max_limit_violation(one) != max_limit_violation(other))
+    return max_limit_violation(one) < max_limit_violation(other);
   return one.objective < other.objective;
 }
 
@@ -155,11 +154,7 @@ class RepeatedSearch {
     DesignProblem repeated = problem_;
     repeated.search.seed = problem_.search.seed + 1 + k;
     repeated.search.max_time = remaining_time();
-    for (std::size_t i = 0; i < repeated.variables.size(); ++i) {
-      DesignVariable& variable = repeated.variables[i];
-      const double centre = (variable.lower + variable.upper) / 2, half = (variable.upper - variable.lower) / 2;
-      variable.start = std::clamp(centre + half * u[static_cast<Eigen::Index>(i)], variable.lower, variable.upper);
-    }
+    set_start(repeated, VariableScaling(problem_.variables).to_variables(u));
     if (problem_.on_progress)
       repeated.on_progress = [this](const SearchProgress& progress) { return report(progress); };
     DesignOutcome outcome;
@@ -218,16 +213,16 @@ class LimitedDesignSolver {
     evaluate_limits(problem_, first.outcome);
     const DesignStatus status = first.outcome.status;
     if (is_single_design(problem_)) return describe_only_design(std::move(first.outcome));
-    const bool is_solved = is_success(first.outcome) && first.outcome.within_limits;
+    const bool is_solved = is_design(first.outcome);
     const bool is_proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
     if ((is_solved && is_proved) || status == DesignStatus::unsolved || status == DesignStatus::no_feasible_start ||
         is_budget_exhausted(first))
       return first.outcome;
     DesignOutcome phase_one = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
     evaluate_limits(problem_, phase_one);
-    if (is_success(phase_one) && phase_one.within_limits)
-      return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
+    if (is_design(phase_one)) return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
     if (is_solved || (!is_success(phase_one) && first.outcome.within_limits)) return first.outcome;
+    if (phase_one.within_limits) return solve_from(std::move(phase_one));
     return make_violating_outcome(std::move(phase_one), first.outcome);
   }
 
@@ -263,14 +258,13 @@ class LimitedDesignSolver {
     return problem;
   }
 
-  /// Repeats the search from a design within the limits; returns that design if this fails.
+  /// Repeats the search from a design or a compromise within the limits; returns that one if this fails.
   DesignOutcome solve_from(DesignOutcome feasible) const {
     DesignProblem problem = remaining(problem_);
-    for (std::size_t i = 0; i < problem.variables.size(); ++i)
-      problem.variables[i].start = feasible.x[static_cast<Eigen::Index>(i)];
+    set_start(problem, feasible.x);
     DesignOutcome second = solve_once(problem).outcome;
     evaluate_limits(problem_, second);
-    if (is_success(second) && second.within_limits) return second;
+    if (is_design(second) || (second.within_limits && second.status == feasible.status)) return second;
     reset_objective(feasible);
     feasible.optimality = !problem_.objective                                 ? Optimality::not_optimised
                           : second.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
@@ -285,9 +279,7 @@ class LimitedDesignSolver {
     outcome.notes.clear();
     if (!problem_.objective) return;
     outcome.objective = evaluate_figure(problem_, *problem_.objective, outcome.x);
-    VectorX start(static_cast<Eigen::Index>(problem_.variables.size()));
-    for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = problem_.variables[static_cast<std::size_t>(i)].start;
-    outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
+    outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start_values(problem_));
   }
 
   /// @param first may be unusable or violate the limits
@@ -295,7 +287,7 @@ class LimitedDesignSolver {
     second.start_objective = first.start_objective;
     second.residuals_before =
         first.residuals_before.size() == second.residuals_after.size() ? first.residuals_before : VectorX();
-    const bool usable = is_success(first) && first.within_limits;
+    const bool usable = is_design(first);
     if (!usable || second.optimality == Optimality::proved_global || second.objective < first.objective) return second;
     return first;
   }
@@ -369,14 +361,14 @@ class DesignCompletion {
   }
 
   void complete(DesignOutcome& outcome) {
-    const bool is_success = balance::is_success(outcome);
+    const bool is_balanced = is_success(outcome);
     const bool by_figure = objective_ && !problem_.objective->is_secondary && std::isfinite(outcome.objective);
     budget_.begin_search();
-    if (objective_ && outcome.within_limits && (is_success || by_figure)) apply(outcome, break_ties(outcome));
-    if (is_success && !budget_.is_spent())
+    if (objective_ && outcome.within_limits && (is_balanced || by_figure)) apply(outcome, break_ties(outcome));
+    if (is_balanced && !budget_.is_spent())
       outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
-                                                  unit_coordinates(outcome.x));
-    if (is_success) find_edges(outcome);
+                                                  context_.scaling.to_unit(outcome.x));
+    if (is_balanced) find_edges(outcome);
     budget_.finish_search();
     if (problem_.objective && outcome.lower_bound < problem_.objective->lower_bound)
       outcome.lower_bound = problem_.objective->lower_bound;
@@ -388,24 +380,13 @@ class DesignCompletion {
   /// Time that is granted even if the search has used up its own.
   static constexpr double min_time_fraction = 0.02;
 
-  VectorX unit_coordinates(const VectorX& x) const {
-    VectorX u(x.size());
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      const double half = context_.scaling.half_width()[i];
-      u[i] = x[i] == problem_.variables[static_cast<std::size_t>(i)].start ? context_.scaling.start()[i]
-             : half > 0 ? std::clamp((x[i] - context_.scaling.centre()[i]) / half, -1.0, 1.0)
-                        : 0;
-    }
-    return u;
-  }
-
   VectorX break_ties(const DesignOutcome& outcome) const {
-    return design::break_ties(context_, *objective_, outcome.conditions, unit_coordinates(outcome.x));
+    return design::break_ties(context_, *objective_, outcome.conditions, context_.scaling.to_unit(outcome.x));
   }
 
   /// Tries slightly larger and smaller lengths.
   void find_edges(DesignOutcome& outcome) const {
-    const VectorX u = unit_coordinates(outcome.x);
+    const VectorX u = context_.scaling.to_unit(outcome.x);
     for (int i = 0; i < context_.scaling.size(); ++i) {
       if (!context_.classification.is_geometric[static_cast<std::size_t>(i)] ||
           !problem_.variables[static_cast<std::size_t>(i)].discrete_values.empty())

@@ -114,6 +114,14 @@ struct DesignOutcome {
   std::vector<std::string> notes;
 };
 
+/// Whether the conditions are met, if there are any.
+inline bool is_success(const DesignOutcome& outcome) {
+  return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
+}
+
+/// The same within all limits.
+inline bool is_design(const DesignOutcome& outcome) { return is_success(outcome) && outcome.within_limits; }
+
 /// Scaled residual below which a condition counts as met.
 inline constexpr double condition_tolerance = 1e-10;
 /// Violation up to which a limit counts as satisfied.

@@ -359,7 +359,8 @@ class SingleSolver {
     if (objective_ && !context_.problem.objective->is_secondary) {
       outcome_.notes.push_back("a compromise: the numbers within their bounds for which " +
                                context_.problem.objective->name + " is smallest, regardless of the conditions");
-      return minimise_objective(context_.is_admissible(best.u) ? best.u : start_);
+      // not from the end of the search for exact solutions, which depends on its time
+      return minimise_objective(context_.is_admissible(best.u) && !context_.is_admissible(start_) ? best.u : start_);
     }
     note_compromise();
     target_ = SearchTarget::residual;

@@ -1,5 +1,6 @@
 #include "balance/synthesis/design/solver_context.hpp"
 
+#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
 
@@ -86,8 +87,34 @@ Conditions SolverContext::conditions_at(const VectorX& u) const {
   } catch (const SpecError& error) {
     none.status = ConditionsStatus::not_assembled;
     none.reason = error.what();
+  } catch (const DeadlineExceeded&) {
+    none.status = ConditionsStatus::not_assembled;
+    none.reason = time_limit_message;
   }
   return none;
+}
+
+namespace {
+
+template <class Evaluate>
+auto evaluate_or_none(const Evaluate& evaluate) -> decltype(evaluate()) {
+  try {
+    return evaluate();
+  } catch (const SpecError&) {
+    return std::nullopt;  // an expression of the spec has no value here
+  } catch (const DeadlineExceeded&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<std::vector<AffineFigure>> SolverContext::convex_terms(const VectorX& u, FigureSampling sampling) const {
+  return evaluate_or_none([&] { return problem.model->convex_terms(scaling.to_variables(u), sampling); });
+}
+
+std::optional<std::vector<ConvexLimit>> SolverContext::convex_limits(const VectorX& u) const {
+  return evaluate_or_none([&] { return problem.model->convex_limits(scaling.to_variables(u)); });
 }
 
 std::string SolverContext::infeasibility_reason(const VectorX& u) const {

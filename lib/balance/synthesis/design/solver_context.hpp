@@ -20,6 +20,9 @@ struct SolverContext {
   Mechanism mechanism(const VectorX& u) const { return problem.model->build_mechanism(scaling.to_variables(u)); }
   /// Conditions at u. The status is not `done` if there is no mechanism.
   Conditions conditions_at(const VectorX& u) const;
+  /// DesignModel::convex_terms and convex_limits at u; std::nullopt also where they have no value or the time is over.
+  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& u, FigureSampling sampling) const;
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& u) const;
   /// Why no design is possible at u; empty if nothing rules it out.
   std::string infeasibility_reason(const VectorX& u) const;
   /// Why the mechanism at u is invalid, phrased for readers of the spec; empty if it is valid.
