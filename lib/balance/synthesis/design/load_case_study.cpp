@@ -472,11 +472,14 @@ MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, 
 /// The design problem of all cases combined.
 class LoadCaseStudy::CaseDesignModel final : public DesignModel {
  public:
-  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design)
+  /// @param motions shared with other models; null: its own
+  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design,
+                  std::shared_ptr<MotionCache> motions)
       : space_(std::move(space)),
         terms_(std::move(terms)),
         limits_(design.subject_to),
-        across_(design.cases.aggregation) {
+        across_(design.cases.aggregation),
+        motions_(motions ? std::move(motions) : std::make_shared<MotionCache>()) {
     for (const DesignSpace& one : space_.cases) required_motions_.emplace_back(one.start);
   }
 
@@ -486,13 +489,15 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   void build_figures(DesignProblem& problem) {
     const FreeSprings& loose = problem.options.loose_springs;
     figures_.emplace(space_, loose);
-    problem.limits = build_case_limits(space_, limits_, loose);
+    problem.limits = build_case_limits(space_, limits_, loose, *motions_);
     convex_limits_ = figures_->select_convex_limits(limits_);
-    if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose);
-    capabilities_ = {.has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
-                     .has_convex_limits = !convex_limits_.empty(),
-                     .are_all_limits_convex = convex_limits_.size() == limits_.size(),
-                     .can_fix_geometry = true};
+    if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose, *motions_);
+    capabilities_ = {
+        .has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
+        .has_convex_limits = !convex_limits_.empty(),
+        .are_all_limits_convex = convex_limits_.size() == limits_.size(),
+        .are_samples_complete = balance::are_samples_complete(space_.cases.front().start, terms_, convex_limits_),
+        .can_fix_geometry = true};
   }
 
   Capabilities capabilities() const override { return capabilities_; }
@@ -517,18 +522,18 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     });
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    return figures_->terms(terms_, across_, sampling, x);
+    return figures_->terms(terms_, across_, sampling, x, *motions_);
   }
   std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return figures_->limits(convex_limits_, x);
+    return figures_->limits(convex_limits_, x, *motions_);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {
-    return build_case_objective(space_.fix_others(x, free), terms_, across_, loose);
+    return build_case_objective(space_.fix_others(x, free), terms_, across_, loose, *motions_);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
                                               const FreeSprings& loose) const override {
-    return build_case_limits(space_.fix_others(x, free), limits_, loose);
+    return build_case_limits(space_.fix_others(x, free), limits_, loose, *motions_);
   }
 
  private:
@@ -546,6 +551,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   std::vector<ObjectiveTerm> terms_;
   std::vector<FigureLimit> limits_, convex_limits_;
   CaseAggregation across_;
+  std::shared_ptr<MotionCache> motions_;
   std::vector<RequiredMotions> required_motions_;
   std::optional<CaseFigures> figures_;
   Capabilities capabilities_;
@@ -576,7 +582,7 @@ LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions&
       options_(options),
       case_model_(std::make_shared<CaseDesignModel>(
           make_case_space(space), options.minimize.empty() ? space.start.design.minimize : options.minimize,
-          space.start.design)),
+          space.start.design, options.motions)),
       conditions_problem_(strip_to_conditions(make_design_problem(space_, options_))),
       problem_(make_problem()) {}
 

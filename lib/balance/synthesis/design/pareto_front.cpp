@@ -147,6 +147,7 @@ DesignSpace without_front(DesignSpace space) {
 DesignStudyOptions own_terms(DesignStudyOptions options) {
   options.minimize.clear();
   options.compare_trajectories = false;
+  options.motions = std::make_shared<MotionCache>();
   return options;
 }
 
@@ -164,8 +165,8 @@ EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const
   const FreeSprings& loose = problem_.options.loose_springs;
   const CaseAggregation across = base_.start.design.cases.aggregation;
   for (const std::vector<ObjectiveTerm>& terms : request_.figures)
-    objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose)
-                                      : build_objective(base_, terms, base_.start_values(), loose));
+    objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose, *options_.motions)
+                                      : build_objective(base_, terms, base_.start_values(), loose, *options_.motions));
 }
 
 VectorX EpsilonConstraintSearch::no_limits() const {
