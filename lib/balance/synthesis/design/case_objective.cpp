@@ -287,7 +287,9 @@ CaseFigures::CaseFigures(const CaseSpace& space, const FreeSprings& loose)
     : space_(space), offsets_(case_offsets(space, loose)), parameter_count_(count_parameters(offsets_)) {}
 
 bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  return !(across == CaseAggregation::worst && terms.size() > 1) &&
+  // the worst of several sums is not a figure of series
+  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
+  return !(across == CaseAggregation::worst && is_sum) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }

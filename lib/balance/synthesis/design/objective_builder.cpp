@@ -375,7 +375,8 @@ bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& te
 bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
   const DesignInstance start = space.instantiate(space.start_values());
   return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
-    return has_affine_quantity(start, term, {Statistic::rms, Statistic::peak, Statistic::maximum});
+    return has_affine_quantity(start, term, {Statistic::rms, Statistic::peak, Statistic::maximum, Statistic::range}) &&
+           is_convex(start.mechanism, term);
   });
 }
 
@@ -408,6 +409,11 @@ std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace&
     for (const ObjectiveTerm& term : terms) {
       std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling, cache);
       if (!figure) return std::nullopt;
+      if (figure->figure == Statistic::range) {
+        figure->figure = Statistic::maximum;
+        figures.push_back(*figure);
+        negate_minimum(*figure);
+      }
       figures.push_back(std::move(*figure));
     }
   } catch (const SpecError&) {

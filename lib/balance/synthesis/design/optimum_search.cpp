@@ -408,6 +408,7 @@ class FeasiblePoints {
     compare();
   }
   const VectorX& best() const { return best_.first; }
+  double best_value() const { return best_.second; }
 
  private:
   void compare() {
@@ -439,7 +440,8 @@ VectorX optimise_with_inequalities(const SolverContext& context, const ScaledObj
   const VectorX end =
       search_locally(choose_local_method(context, objective), program, from, make_stopping_criteria(context, objective))
           .u;
-  return feasible.best().size() > 0 && !context.is_admissible(end) ? feasible.best() : end;
+  if (feasible.best().size() == 0) return end;
+  return context.is_admissible(end) && objective(end, nullptr) <= feasible.best_value() ? end : feasible.best();
 }
 
 }  // namespace

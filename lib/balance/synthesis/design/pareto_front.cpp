@@ -238,6 +238,7 @@ void EpsilonConstraintSearch::add_load_cases(ParetoPoint& point) const {
   if (!has_cases() || point.all_cases.size() == 0) return;
   DesignStudyOptions full_options = options_;
   full_options.compare_trajectories = true;
+  full_options.on_progress = {};  // an interrupted front is reported, too
   point.report.outcome.x = point.all_cases;
   LoadCaseStudy(point.space, full_options).describe(point.report);
   measure_design(point.space, point.report);
@@ -255,7 +256,13 @@ std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstrain
   if (is_budget_exhausted_) return std::nullopt;
   ParetoPoint point;
   point.space = make_constrained_space(constraint);
-  search(point, make_search_options());
+  try {
+    search(point, make_search_options());
+  } catch (const DeadlineExceeded&) {
+    if (!options_.on_progress || options_.on_progress({used_time_, options_.search.max_time})) throw;
+    is_budget_exhausted_ = true;
+    return std::nullopt;
+  }
   ++searches_;
   const DesignOutcome& outcome = point.report.outcome;
   if (is_design(outcome)) point.values = values_at(has_cases() ? point.all_cases : outcome.x);
