@@ -412,7 +412,8 @@ class FeasiblePoints {
 
  private:
   void compare() {
-    if (value_.first.size() == 0 || value_.first != margin_.first || !(margin_.second >= 0)) return;
+    const bool is_complete = value_.first.size() > 0 && value_.first.size() == margin_.first.size();
+    if (!is_complete || value_.first != margin_.first || !(margin_.second >= 0)) return;
     if (best_.first.size() == 0 || value_.second < best_.second) best_ = value_;
   }
 
