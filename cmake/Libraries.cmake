@@ -67,7 +67,7 @@ balance_part(files ROOMS foundation/hdf5 interface/specification interface/files
 balance_optimise_little(balance_files)
 
 balance_part(synthesis
-  ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/design
+  ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design
   STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
 target_sources(balance_synthesis PRIVATE ${balance_clp_seam})
 target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint

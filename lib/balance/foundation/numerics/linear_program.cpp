@@ -1,5 +1,7 @@
 #include "balance/foundation/numerics/linear_program.hpp"
 
+#include "balance/foundation/numerics/inequality_program.hpp"
+
 #include <ClpSimplex.hpp>
 
 #include <algorithm>
@@ -80,6 +82,42 @@ LinearProgramSolution solve_linear_program(const LinearProgram& program) {
   }
   if (solution.status == LinearProgramStatus::optimal)
     solution.x = Eigen::Map<const VectorX>(model.primalColumnSolution(), n);
+  return solution;
+}
+
+InequalityProgramSolution solve_inequality_program(const VectorX& gain, const MatrixX& rows, const VectorX& limits) {
+  if (!is_clp_finite(gain) || !is_clp_finite(rows) || !is_clp_finite(limits)) return {};
+  const auto n = static_cast<int>(rows.cols()), m = static_cast<int>(rows.rows());
+  std::vector<CoinBigIndex> starts{0};  // of the dual's columns
+  std::vector<int> indices;
+  std::vector<double> entries;
+  for (int r = 0; r < m; ++r) {
+    for (int c = 0; c < n; ++c) {
+      if (rows(r, c) == 0) continue;
+      indices.push_back(c);
+      entries.push_back(rows(r, c));
+    }
+    starts.push_back(static_cast<CoinBigIndex>(entries.size()));
+  }
+  ClpSimplex model;
+  model.setLogLevel(0);
+  const std::vector<double> lower(static_cast<std::size_t>(m), 0.0), upper(static_cast<std::size_t>(m), COIN_DBL_MAX);
+  model.loadProblem(m, n, starts.data(), indices.data(), entries.data(), lower.data(), upper.data(), limits.data(),
+                    gain.data(), gain.data());
+  model.setPrimalTolerance(clp_tolerance);
+  model.setDualTolerance(clp_tolerance);
+  model.setMaximumIterations(50000);
+  model.dual();
+  InequalityProgramSolution solution;
+  switch (model.status()) {
+    case 0: solution.status = LinearProgramStatus::optimal; break;
+    case 1: solution.status = LinearProgramStatus::unbounded; break;
+    case 2: solution.status = LinearProgramStatus::infeasible; break;
+    default: break;
+  }
+  if (solution.status != LinearProgramStatus::optimal) return solution;
+  solution.x = Eigen::Map<const VectorX>(model.dualRowSolution(), n);
+  solution.multipliers = Eigen::Map<const VectorX>(model.primalColumnSolution(), m);
   return solution;
 }
 

@@ -1,0 +1,63 @@
+#pragma once
+/// A lower bound on the least added mass over all lengths of a box, by one linear program.
+///
+/// Multipliers w(l), constant or affine in some lengths, are a certificate if every inequality of the virtual linkage
+/// holds on the whole box, which the signs of its Bernstein coefficients prove. A counterweight with mass limits has
+/// one more multiplier σ(l), with σ ≤ lower (1 − h) and σ ≤ upper (1 − h) at every corner, and adds σ to the bound.
+/// Whatever a solver returns is made a certificate: σ is shifted and all multipliers are scaled until the inequalities
+/// hold (w = 0 meets all but those of σ strictly), and the bound is the smallest quotient of Bernstein coefficients of
+/// the objective. A solver's tolerance costs tightness, never truth.
+
+#include "balance/synthesis/certificate/bernstein_form.hpp"
+#include "balance/synthesis/certificate/virtual_linkage.hpp"
+
+namespace balance::certificate {
+
+/// Affine multipliers for the proof that no lengths of a box allow less than `bound`.
+struct BoxCertificate {
+  std::vector<int> affine;          ///< lengths in which the multipliers are affine
+  std::vector<bool> upper_limits;   ///< per counterweight: whether its upper limit is used
+  std::vector<int> limit_index;     ///< per counterweight: its σ; −1: none
+  /// Columns: w, then σ. Rows: constant part, then the coefficients of 2t − 1 of each affine length, where t is its
+  /// box coordinate.
+  MatrixX multipliers;
+  int unknowns = 0;  ///< number of columns of w
+};
+
+struct BoxBound {
+  double bound = -no_length_bound;  ///< no lengths of the box allow less [kg]
+  BoxCertificate certificate;
+  std::vector<VectorX> corner_masses;  ///< per counterweight and corner: of the relaxation; at a point, of the optimum
+  MatrixX conflict;  ///< lengths × 2: how much the active inequalities want each length small, large
+
+  static constexpr double no_length_bound = 1e300;
+  double mass(std::size_t counterweight) const { return corner_masses[counterweight].sum(); }
+};
+
+class BoxProgram {
+ public:
+  BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual);
+
+  /// Lengths on which the bound depends.
+  const std::vector<int>& lengths() const { return lengths_; }
+  /// Whether all scales are positive on the box; otherwise there is no bound.
+  bool has_positive_scales(const LengthBox& box) const;
+  /// @param affine lengths in which the multipliers are affine
+  /// @param upper_limits per counterweight, whether its upper mass limit counts; those that the relaxation exceeds are
+  /// added
+  BoxBound bound(const LengthBox& box, const std::vector<int>& affine, std::vector<bool>& upper_limits) const;
+
+ private:
+  struct Assembly;
+
+  BoxBound solve(const LengthBox& box, const std::vector<int>& affine, const std::vector<bool>& upper_limits) const;
+
+  const PlanarLinkage& linkage_;
+  const VirtualLinkage& dual_;
+  std::vector<int> lengths_;
+  std::vector<std::vector<BernsteinForm>> corners_;  ///< scale, then coefficients
+  BernsteinForm objective_;                          ///< fixed size, scale, then coefficients
+  std::vector<BernsteinForm> positive_;
+};
+
+}  // namespace balance::certificate

@@ -1,0 +1,346 @@
+#include "balance/synthesis/certificate/length_bound.hpp"
+
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/certificate/linkage_check.hpp"
+#include "balance/synthesis/certificate/special_geometry.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <deque>
+
+namespace balance {
+namespace {
+
+using namespace certificate;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Relative to the bound: lengths on which the active inequalities agree better have their worst value at a corner.
+constexpr double conflict_tolerance = 1e-7;
+/// Multipliers are affine in so many lengths: a program grows by powers.
+constexpr std::size_t max_affine_lengths = 2;
+/// Relative to the free interval: narrower boxes are not divided.
+constexpr double min_relative_width = 1e-7;
+/// Relative: a design must be better than the last by more.
+constexpr double improvement_tolerance = 1e-10;
+/// Of conditions that are met, scaled.
+constexpr double balance_tolerance = 1e-8;
+/// Relative: free numbers may leave their bounds by round-off.
+constexpr double bound_tolerance = 1e-12;
+
+class ConditionsJudge : public LengthDesignJudge {
+ public:
+  explicit ConditionsJudge(const DesignSpace& space) : space_(space) {
+    for (const Trajectory& trajectory : space.start.trajectories)
+      if (simulate(space.start.mechanism, trajectory).outcome.status == MotionStatus::done) followed_.push_back(trajectory.name);
+  }
+
+  bool accepts(const VectorX& x) const override {
+    const DesignInstance instance = space_.instantiate(x);
+    if (!instance.mode_issue.empty()) return false;
+    const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
+    if (conditions.status != ConditionsStatus::done) return false;
+    if (max_abs(scaled_residuals(conditions, term_values(instance.mechanism))) > balance_tolerance) return false;
+    return std::all_of(instance.trajectories.begin(), instance.trajectories.end(), [&](const Trajectory& trajectory) {
+      return std::find(followed_.begin(), followed_.end(), trajectory.name) == followed_.end() ||
+             simulate(instance.mechanism, trajectory).outcome.status == MotionStatus::done;
+    });
+  }
+
+ private:
+  const DesignSpace& space_;
+  std::vector<std::string> followed_;
+};
+
+/// A root of the tree.
+struct Geometry {
+  std::string name;
+  LengthSubstitution substitution;
+  PlanarLinkage linkage;
+  VirtualLinkage dual;
+  std::unique_ptr<BoxProgram> program;
+  LengthBox box;
+  double most = 0;  ///< no design is heavier
+};
+
+struct Node {
+  int geometry = 0;
+  LengthBox box;
+  double bound = 0;
+  MatrixX conflict;
+  std::vector<bool> upper_limits;
+  BoxCertificate multipliers;
+};
+
+struct HasHigherBound {
+  bool operator()(const Node& a, const Node& b) const { return a.bound > b.bound; }
+};
+
+class LengthTree {
+ public:
+  LengthTree(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options)
+      : space_(space), judge_(judge), options_(options) {}
+
+  LengthBound search() {
+    if (!make_roots()) return std::move(result_);
+    for (std::size_t g = 0; g < geometries_.size(); ++g) {
+      Node root;
+      root.geometry = static_cast<int>(g);
+      root.box = geometries_[g].box;
+      root.bound = -infinity;
+      root.upper_limits.assign(geometries_[g].linkage.counterweights.size(), false);
+      bound(root);
+    }
+    while (!open_.empty() && result_.nodes < options_.max_nodes && !is_interrupted() && !is_closed()) {
+      Node node = open_.top();
+      open_.pop();
+      try_designs(node);
+      if (node.bound >= result_.best)
+        close(node);
+      else
+        divide(std::move(node));
+    }
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  bool is_interrupted() const { return options_.interrupted && options_.interrupted(); }
+
+  bool is_closed() const {
+    const double lower = std::min(open_.top().bound, closed_bound_);
+    return lower >= closed_bound_ || (std::isfinite(result_.best) &&
+                                      result_.best - lower <= options_.gap_tolerance * std::abs(result_.best));
+  }
+
+  bool make_roots() {
+    const auto numbers = static_cast<Eigen::Index>(space_.start.free_numbers.size());
+    LengthBox box{VectorX(numbers), VectorX(numbers)};
+    for (Eigen::Index i = 0; i < numbers; ++i) {
+      const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(i)];
+      box.lower[i] = number.lower;
+      box.upper[i] = number.upper;
+    }
+    if (numbers > 0 && !(box.lower.allFinite() && box.upper.allFinite())) {
+      result_.reason = "a free number has no bounds";
+      return false;
+    }
+    LinkageReading reading = read_linkage(space_);
+    if (!reading.linkage) {
+      result_.reason = reading.reason;
+      return false;
+    }
+    SpecialGeometries special = find_special_geometries(*reading.linkage, box);
+    result_.uncovered = std::move(special.uncovered);
+    std::string reason = add_geometry("general lengths", {}, std::move(*reading.linkage), box);
+    if (reason.empty())
+      reason = find_disagreement(space_, geometries_[0].linkage, *geometries_[0].program, geometries_[0].box);
+    if (!reason.empty()) {
+      result_.reason = reason;
+      return false;
+    }
+    for (SpecialGeometry& geometry : special.geometries) add_special_geometry(geometry);
+    for (const Geometry& geometry : geometries_) result_.geometries.push_back(geometry.name);
+    return true;
+  }
+
+  void add_special_geometry(const SpecialGeometry& geometry) {
+    LinkageReading reading = read_linkage(space_, geometry.substitution);
+    if (reading.linkage) {
+      reading.linkage->closures = geometry.closures;
+      for (LoopClosure& closure : reading.linkage->closures)
+        for (const auto& [number, value] : geometry.substitution) {
+          for (auto& [body, coefficient] : closure.links) coefficient = coefficient.substitute(number, value);
+          closure.ground = closure.ground.substitute(number, value);
+        }
+      if (add_geometry(geometry.name, geometry.substitution, std::move(*reading.linkage), geometry.box).empty()) return;
+    }
+    result_.uncovered.push_back(geometry.name);
+  }
+
+  /// @return why it cannot be bounded; empty if it was added
+  std::string add_geometry(std::string name, LengthSubstitution substitution, PlanarLinkage linkage, LengthBox box) {
+    if (linkage.counterweights.empty()) return "no counterweight is free";
+    VirtualLinkageResult dual = make_virtual_linkage(linkage, box.middle());
+    if (!dual.linkage) return dual.reason;
+    Geometry geometry;
+    geometry.name = std::move(name);
+    geometry.substitution = std::move(substitution);
+    geometry.linkage = std::move(linkage);
+    geometry.dual = std::move(*dual.linkage);
+    geometry.box = std::move(box);
+    geometry.most = enclose_range(geometry.linkage.fixed_size, geometry.box).second;
+    for (const FreeCounterweight& counterweight : geometry.linkage.counterweights)
+      geometry.most += counterweight.upper * (1 + bound_tolerance);
+    geometries_.push_back(std::move(geometry));
+    Geometry& added = geometries_.back();
+    added.program = std::make_unique<BoxProgram>(added.linkage, added.dual);
+    if (added.program->has_positive_scales(added.box)) return {};
+    geometries_.pop_back();
+    return "a length may vanish";
+  }
+
+  const Geometry& geometry_of(const Node& node) const { return geometries_[static_cast<std::size_t>(node.geometry)]; }
+
+  /// Bounds a box whose bound so far is its parent's, and keeps it open if it may have better designs.
+  void bound(Node& node) {
+    const Geometry& geometry = geometry_of(node);
+    ++result_.nodes;
+    BoxBound best = geometry.program->bound(node.box, {}, node.upper_limits);
+    if (best.bound < result_.best && best.bound <= geometry.most && best.conflict.size() > 0) {
+      const std::vector<int> affine = conflicting_lengths(best, geometry);
+      if (!affine.empty()) {
+        BoxBound better = geometry.program->bound(node.box, affine, node.upper_limits);
+        if (better.bound > best.bound) best = std::move(better);
+      }
+    }
+    if (best.conflict.size() == 0) best.conflict = MatrixX::Zero(geometry.linkage.variables, 2);
+    node.bound = std::max(node.bound, best.bound);
+    node.conflict = std::move(best.conflict);
+    node.multipliers = std::move(best.certificate);
+    if (node.bound > geometry.most)
+      close(node, infinity);
+    else if (node.bound >= result_.best)
+      close(node);
+    else
+      open_.push(node);
+  }
+
+  static std::vector<int> conflicting_lengths(const BoxBound& bound, const Geometry& geometry) {
+    std::vector<int> lengths = geometry.program->lengths();
+    const auto conflict = [&](int length) { return std::min(bound.conflict(length, 0), bound.conflict(length, 1)); };
+    std::stable_sort(lengths.begin(), lengths.end(), [&](int a, int b) { return conflict(a) > conflict(b); });
+    std::vector<int> result;
+    for (const int length : lengths)
+      if (result.size() < max_affine_lengths && conflict(length) > conflict_tolerance * std::max(1.0, std::abs(bound.bound)))
+        result.push_back(length);
+    return result;
+  }
+
+  void close(const Node& node) { close(node, node.bound); }
+  void close(const Node& node, double value) {
+    closed_bound_ = std::min(closed_bound_, value);
+    keep_certificate(node);
+  }
+
+  void keep_certificate(const Node& node) {
+    if (options_.keeps_certificates)
+      result_.certificates.push_back({node.geometry, node.box, node.bound, node.multipliers});
+  }
+
+  /// The corner that the active inequalities ask for, and the middle.
+  void try_designs(const Node& node) {
+    VectorX corner = node.box.lower;
+    for (const int length : geometry_of(node).program->lengths())
+      if (node.conflict(length, 1) > node.conflict(length, 0)) corner[length] = node.box.upper[length];
+    try_design(node, corner);
+    try_design(node, node.box.middle());
+  }
+
+  void try_design(const Node& node, const VectorX& lengths) {
+    const Geometry& geometry = geometry_of(node);
+    std::vector<bool> upper_limits = node.upper_limits;
+    const BoxBound point = geometry.program->bound({lengths, lengths}, {}, upper_limits);
+    if (point.corner_masses.empty() || point.bound > geometry.most) return;
+    VectorX x = space_.start_values();
+    for (const int length : geometry.program->lengths()) x[length] = lengths[length];
+    for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
+    double value = geometry.linkage.fixed_size.evaluate(lengths).real();
+    for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i) {
+      place_counterweight(geometry.linkage.counterweights[i], point.corner_masses[i], x);
+      value += point.mass(i);
+    }
+    if (!(value < result_.best * (1 - improvement_tolerance)) || !clamp_to_bounds(x) || !judge_.accepts(x)) return;
+    result_.best = value;
+    result_.design = std::move(x);
+  }
+
+  void place_counterweight(const FreeCounterweight& counterweight, const VectorX& masses, VectorX& x) const {
+    const double mass = masses.sum();
+    if (counterweight.mass_number >= 0) x[counterweight.mass_number] = mass;
+    if (mass <= 0) return;
+    // corners: x first, then y
+    const bool has_two_y = counterweight.place_numbers[1] >= 0;
+    VectorX high = VectorX::Zero(2);
+    for (Eigen::Index c = 0; c < masses.size(); ++c) {
+      if ((has_two_y ? c / 2 : c) == 1) high[0] += masses[c] / mass;
+      if (has_two_y && c % 2 == 1) high[1] += masses[c] / mass;
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      const int number = counterweight.place_numbers[i];
+      if (number < 0) continue;
+      const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
+      x[number] = free.lower + high[static_cast<Eigen::Index>(i)] * (free.upper - free.lower);
+    }
+  }
+
+  /// @return false if a number is outside its bounds by more than round-off, or is none of its sizes
+  bool clamp_to_bounds(VectorX& x) const {
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(i)];
+      const double margin = bound_tolerance * (std::abs(number.lower) + std::abs(number.upper));
+      if (!(x[i] >= number.lower - margin && x[i] <= number.upper + margin)) return false;
+      x[i] = std::clamp(x[i], number.lower, number.upper);
+      const auto& sizes = number.discrete_values;
+      if (!sizes.empty() && std::find(sizes.begin(), sizes.end(), x[i]) == sizes.end()) return false;
+    }
+    return true;
+  }
+
+  void divide(Node node) {
+    const Geometry& geometry = geometry_of(node);
+    int widest = -1, most_conflicting = -1;
+    double width = 0, conflict = 0;
+    for (const int length : geometry.program->lengths()) {
+      const double whole = geometry.box.upper[length] - geometry.box.lower[length];
+      const double relative = whole > 0 ? (node.box.upper[length] - node.box.lower[length]) / whole : 0;
+      if (relative < min_relative_width) continue;
+      if (relative > width) width = relative, widest = length;
+      const double both = std::min(node.conflict(length, 0), node.conflict(length, 1));
+      if (both > conflict) conflict = both, most_conflicting = length;
+    }
+    const bool has_conflict = conflict > 1e-2 * conflict_tolerance * std::max(1.0, std::abs(node.bound));
+    const int length = has_conflict ? most_conflicting : widest;
+    if (length < 0) {
+      close(node);
+      return;
+    }
+    const double middle = (node.box.lower[length] + node.box.upper[length]) / 2;
+    for (const bool is_upper : {false, true}) {
+      Node part = node;
+      (is_upper ? part.box.lower : part.box.upper)[length] = middle;
+      bound(part);
+    }
+  }
+
+  void finish() {
+    double lower = closed_bound_;
+    if (!open_.empty()) lower = std::min(lower, open_.top().bound);
+    result_.lower_bound = std::min(lower, result_.best);
+    for (; options_.keeps_certificates && !open_.empty(); open_.pop()) keep_certificate(open_.top());
+  }
+
+  const DesignSpace& space_;
+  const LengthDesignJudge& judge_;
+  const LengthBoundOptions& options_;
+  std::deque<Geometry> geometries_;  ///< never moved: the programs refer to them
+  std::priority_queue<Node, std::vector<Node>, HasHigherBound> open_;
+  double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
+  LengthBound result_;
+};
+
+}  // namespace
+
+std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space) {
+  return std::make_unique<ConditionsJudge>(space);
+}
+
+LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
+                               const LengthBoundOptions& options) {
+  return LengthTree(space, judge, options).search();
+}
+
+}  // namespace balance

@@ -1,0 +1,64 @@
+#pragma once
+/// The least added (or total) mass over all lengths: a lower bound that holds for every choice of the free numbers
+/// within their bounds, and the best design found on the way.
+///
+/// Branch and bound over boxes of lengths. A box's bound comes from one linear program (box_program.hpp), so that most
+/// problems close at the root.
+
+#include "balance/motion/study/design_space.hpp"
+#include "balance/synthesis/certificate/box_program.hpp"
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// Decides whether values of the free numbers are a design: whether they can be assembled, move as required and are
+/// balanced.
+class LengthDesignJudge {
+ public:
+  virtual ~LengthDesignJudge() = default;
+  /// @param x all free numbers, in the study's order, within their bounds
+  virtual bool accepts(const VectorX& x) const = 0;
+};
+
+/// A judge that derives the conditions anew at each design, and runs the trajectories that the start values can follow.
+std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space);
+
+struct LengthBoundOptions {
+  long max_nodes = 20'000;      ///< boxes bounded, at least 1
+  double gap_tolerance = 1e-9;  ///< relative; the search ends below it
+  bool keeps_certificates = false;
+  std::function<bool()> interrupted = {};  ///< asked after every box
+};
+
+/// The proof for one box of lengths.
+struct LengthCertificate {
+  int geometry = 0;  ///< 0: general lengths; else index into LengthBound::geometries
+  certificate::LengthBox box;
+  double bound = 0;  ///< no design with these lengths is lighter [kg]
+  certificate::BoxCertificate multipliers;
+};
+
+struct LengthBound {
+  std::string reason;       ///< empty: there is a bound; else completes "no certificate because …"
+  double lower_bound = 0;   ///< no design is lighter [kg]; infinite: there is none at all
+  double best = std::numeric_limits<double>::infinity();  ///< value of `design`
+  VectorX design;           ///< all free numbers; empty: none found
+  std::vector<std::string> geometries;  ///< to which the bound applies: the first is "general lengths"
+  std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
+  long nodes = 0;                       ///< boxes bounded
+  std::vector<LengthCertificate> certificates;  ///< of the boxes that together cover all lengths, if asked for
+
+  bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
+  /// (best − lower_bound) / best; infinite without a design.
+  double gap() const { return std::isinf(best) ? best : (best - lower_bound) / best; }
+};
+
+LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
+                               const LengthBoundOptions& options = {});
+
+}  // namespace balance
