@@ -26,8 +26,8 @@ MatrixX conversion(int d, double lower, double width) {
   for (int i = 0; i <= d; ++i)
     for (int e = 0; e <= d; ++e)
       for (int j = 0; j <= std::min(i, e); ++j)
-        matrix(i, e) += binomial(i, j) / binomial(d, j) * binomial(e, j) * integer_power(lower, e - j) *
-                        integer_power(width, j);
+        matrix(i, e) +=
+            binomial(i, j) / binomial(d, j) * binomial(e, j) * integer_power(lower, e - j) * integer_power(width, j);
   return matrix;
 }
 

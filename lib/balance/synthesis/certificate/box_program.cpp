@@ -21,16 +21,18 @@ std::vector<LengthPolynomial> list_polynomials(const VirtualHeight& height) {
   return all;
 }
 
-std::vector<LengthPolynomial> list_objective(const VirtualLinkage& dual) {
+std::vector<LengthPolynomial> list_objective(const VirtualLinkage& dual,
+                                             const std::vector<LengthCondition>& conditions) {
   std::vector<LengthPolynomial> all = list_polynomials(dual.fixed_masses);
   all.insert(all.begin(), dual.fixed_size);
+  for (const LengthCondition& condition : conditions) all.push_back(condition.polynomial);
   return all;
 }
 
 /// Bernstein coefficients of the columns from `first` on, multiplied by 1 and by 2t − 1 of each affine length: all with
 /// the same degrees. Blocks of columns in that order.
 struct ExpandedColumns {
-  BernsteinCoefficients plain;  ///< all columns, elevated
+  BernsteinCoefficients plain;   ///< all columns, elevated
   std::vector<MatrixX> centred;  ///< per affine length: all columns times 2t − 1
 };
 
@@ -68,7 +70,9 @@ struct BoxProgram::Assembly {
     double constant_magnitude = 0;
   };
 
-  Eigen::Index unknowns, limits, parts, size;  ///< w, σ, 1 + affine lengths; all with γ
+  Eigen::Index unknowns, limits, parts, size;  ///< w, σ, 1 + affine lengths; all with κ and γ
+  std::vector<int> conditions;                 ///< that take part
+  std::vector<bool> is_equality;
   std::vector<int> limit_index;
   MatrixX rows;
   VectorX right;
@@ -78,6 +82,9 @@ struct BoxProgram::Assembly {
   Eigen::Index w_column(Eigen::Index part, Eigen::Index w) const { return part * unknowns + w; }
   Eigen::Index limit_column(Eigen::Index part, Eigen::Index limit) const {
     return parts * unknowns + part * limits + limit;
+  }
+  Eigen::Index condition_column(std::size_t index) const {
+    return parts * (unknowns + limits) + static_cast<Eigen::Index>(index);
   }
   Eigen::Index bound_column() const { return size - 1; }
 
@@ -131,8 +138,7 @@ struct BoxProgram::Assembly {
     block.constant_magnitude = columns.plain.magnitudes[0];
     Block& added = add_block(std::move(block));
     set_w(added, columns, 1, 1);
-    if (mass)
-      set_limit(added, columns, 0, limit_index[static_cast<std::size_t>(counterweight)], 1 / *mass);
+    if (mass) set_limit(added, columns, 0, limit_index[static_cast<std::size_t>(counterweight)], 1 / *mass);
     right.segment(added.begin, added.count).setOnes();
     return true;
   }
@@ -164,8 +170,13 @@ struct BoxProgram::Assembly {
     block.constant_magnitude = columns.plain.magnitudes[0];
     Block& added = add_block(std::move(block));
     set_w(added, columns, 2, 1);
-    for (Eigen::Index limit = 0; limit < limits; ++limit)
-      set_limit(added, columns, 1, static_cast<int>(limit), -1);
+    for (Eigen::Index limit = 0; limit < limits; ++limit) set_limit(added, columns, 1, static_cast<int>(limit), -1);
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      const Eigen::Index column = 2 + unknowns + conditions[i];
+      rows.block(added.begin, condition_column(i), added.count, 1) =
+          columns.plain.values.col(column).cwiseQuotient(added.scales);
+      added.magnitudes[condition_column(i)] = columns.plain.magnitudes[column];
+    }
     rows.block(added.begin, bound_column(), added.count, 1).setOnes();
     right.segment(added.begin, added.count) = columns.plain.values.col(0).cwiseQuotient(added.scales);
     return true;
@@ -181,6 +192,8 @@ struct BoxProgram::Assembly {
       rows(first + 2 * j + 1, j) = -1;
     }
     right.segment(first, 2 * (size - 1)).setConstant(max_multiplier);
+    for (std::size_t i = 0; i < conditions.size(); ++i)
+      if (!is_equality[i]) right[first + 2 * condition_column(i) + 1] = 0;
     count += 2 * (size - 1);
   }
 
@@ -192,6 +205,8 @@ struct BoxProgram::Assembly {
   /// Makes x a certificate, and its last entry the bound that it proves.
   void repair(VectorX& x) const {
     x[bound_column()] = 0;
+    for (std::size_t i = 0; i < conditions.size(); ++i)
+      if (!is_equality[i]) x[condition_column(i)] = std::max(x[condition_column(i)], 0.0);
     for (const Block& block : blocks) {
       if (block.kind != Kind::sign) continue;
       // homogeneous: shifted instead of scaled
@@ -204,15 +219,15 @@ struct BoxProgram::Assembly {
     double violation = 0;
     for (const Block& block : blocks) {
       if (block.kind != Kind::height) continue;
-      const VectorX excess = rows.middleRows(block.begin, block.count) * x - right.segment(block.begin, block.count) +
-                             round_off(block, x);
+      const VectorX excess =
+          rows.middleRows(block.begin, block.count) * x - right.segment(block.begin, block.count) + round_off(block, x);
       violation = std::max(violation, max_coefficient(excess));
     }
     x /= 1 + violation;
     const Block& objective = blocks.back();
-    x[bound_column()] = min_coefficient(right.segment(objective.begin, objective.count) -
-                                        rows.middleRows(objective.begin, objective.count) * x -
-                                        round_off(objective, x));
+    x[bound_column()] =
+        min_coefficient(right.segment(objective.begin, objective.count) -
+                        rows.middleRows(objective.begin, objective.count) * x - round_off(objective, x));
   }
 
   /// Weight of the active rows that want each length small or large, by the change of their slack along it.
@@ -242,8 +257,12 @@ struct BoxProgram::Assembly {
   }
 };
 
-BoxProgram::BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual)
-    : linkage_(linkage), dual_(dual), objective_(list_objective(dual)) {
+BoxProgram::BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual,
+                       std::vector<LengthCondition> conditions)
+    : linkage_(linkage),
+      dual_(dual),
+      conditions_(std::move(conditions)),
+      objective_(list_objective(dual, conditions_)) {
   std::vector<bool> occurs(static_cast<std::size_t>(linkage.variables), false);
   const auto note = [&](const BernsteinForm& form) {
     for (const int variable : form.variables()) occurs[static_cast<std::size_t>(variable)] = true;
@@ -259,6 +278,14 @@ BoxProgram::BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual)
   for (const LengthPolynomial& p : dual.positive) positive_.emplace_back(std::vector<LengthPolynomial>{p});
   for (std::size_t i = 0; i < occurs.size(); ++i)
     if (occurs[i]) lengths_.push_back(static_cast<int>(i));
+}
+
+std::vector<int> BoxProgram::find_active_conditions(const LengthBox& box) const {
+  std::vector<int> active;
+  for (std::size_t i = 0; i < conditions_.size(); ++i)
+    if (conditions_[i].is_equality || enclose_range(conditions_[i].polynomial, box).first < 0)
+      active.push_back(static_cast<int>(i));
+  return active;
 }
 
 bool BoxProgram::has_positive_scales(const LengthBox& box) const {
@@ -290,10 +317,12 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   rows.parts = 1 + static_cast<Eigen::Index>(affine.size());
   rows.limits = 0;
   for (std::size_t i = 0; i < counterweights; ++i)
-    rows.limit_index.push_back(upper_limits[i] || linkage_.counterweights[i].lower > 0
-                                   ? static_cast<int>(rows.limits++)
-                                   : -1);
-  rows.size = rows.parts * (rows.unknowns + rows.limits) + 1;
+    rows.limit_index.push_back(upper_limits[i] || linkage_.counterweights[i].lower > 0 ? static_cast<int>(rows.limits++)
+                                                                                       : -1);
+  rows.conditions = find_active_conditions(box);
+  for (const int condition : rows.conditions)
+    rows.is_equality.push_back(conditions_[static_cast<std::size_t>(condition)].is_equality);
+  rows.size = rows.parts * (rows.unknowns + rows.limits) + static_cast<Eigen::Index>(rows.conditions.size()) + 1;
   rows.rows.resize(64, rows.size);
   rows.right.resize(64);
   bool is_sound = true;
@@ -307,8 +336,7 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
         is_sound = is_sound && rows.add_heights(index, corner, columns, std::nullopt);
       else if (counterweight.upper > 0)
         is_sound = is_sound && rows.add_heights(index, corner, columns, counterweight.upper);
-      if (counterweight.lower > 0)
-        is_sound = is_sound && rows.add_heights(index, corner, columns, counterweight.lower);
+      if (counterweight.lower > 0) is_sound = is_sound && rows.add_heights(index, corner, columns, counterweight.lower);
     }
     if (upper_limits[i] && counterweight.lower == 0) rows.add_signs(index);
   }
@@ -319,7 +347,7 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   gain[rows.bound_column()] = 1;
   const InequalityProgramSolution solution =
       solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
-  if (solution.status != LinearProgramStatus::optimal) return result;
+  if (solution.status != LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
   VectorX x = solution.x;
   const VectorX slack = rows.right.head(rows.count) - rows.rows.topRows(rows.count) * x;
   rows.repair(x);
@@ -331,7 +359,10 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
     if (block.kind == Assembly::Kind::height)
       result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] +=
           solution.multipliers.segment(block.begin, block.count).sum();
-  result.certificate = {affine, upper_limits, rows.limit_index, {}, dual_.unknowns};
+  result.certificate = {affine, upper_limits, rows.limit_index, {}, dual_.unknowns, rows.conditions, {}};
+  result.certificate.condition_multipliers.resize(static_cast<Eigen::Index>(rows.conditions.size()));
+  for (std::size_t i = 0; i < rows.conditions.size(); ++i)
+    result.certificate.condition_multipliers[static_cast<Eigen::Index>(i)] = x[rows.condition_column(i)];
   result.certificate.multipliers.resize(rows.parts, rows.unknowns + rows.limits);
   for (Eigen::Index part = 0; part < rows.parts; ++part) {
     for (Eigen::Index w = 0; w < rows.unknowns; ++w)

@@ -4,31 +4,34 @@
 /// Multipliers w(l), constant or affine in some lengths, are a certificate if every inequality of the virtual linkage
 /// holds on the whole box, which the signs of its Bernstein coefficients prove. A counterweight with mass limits has
 /// one more multiplier σ(l), with σ ≤ lower (1 − h) and σ ≤ upper (1 − h) at every corner, and adds σ to the bound.
-/// Whatever a solver returns is made a certificate: σ is shifted and all multipliers are scaled until the inequalities
+/// Conditions g(l) ≥ 0 on the lengths take part with a multiplier κ ≥ 0 (of any sign for g = 0): the objective minus κ g
+/// need only be positive on the whole box. Whatever a solver returns is made a certificate: σ is shifted and all multipliers are scaled until the inequalities
 /// hold (w = 0 meets all but those of σ strictly), and the bound is the smallest quotient of Bernstein coefficients of
 /// the objective. A solver's tolerance costs tightness, never truth.
 
-#include "balance/synthesis/certificate/bernstein_form.hpp"
+#include "balance/synthesis/certificate/assembly_conditions.hpp"
 #include "balance/synthesis/certificate/virtual_linkage.hpp"
 
 namespace balance::certificate {
 
 /// Affine multipliers for the proof that no lengths of a box allow less than `bound`.
 struct BoxCertificate {
-  std::vector<int> affine;          ///< lengths in which the multipliers are affine
-  std::vector<bool> upper_limits;   ///< per counterweight: whether its upper limit is used
-  std::vector<int> limit_index;     ///< per counterweight: its σ; −1: none
+  std::vector<int> affine;         ///< lengths in which the multipliers are affine
+  std::vector<bool> upper_limits;  ///< per counterweight: whether its upper limit is used
+  std::vector<int> limit_index;    ///< per counterweight: its σ; −1: none
   /// Columns: w, then σ. Rows: constant part, then the coefficients of 2t − 1 of each affine length, where t is its
   /// box coordinate.
   MatrixX multipliers;
-  int unknowns = 0;  ///< number of columns of w
+  int unknowns = 0;               ///< number of columns of w
+  std::vector<int> conditions;    ///< those of the program that take part
+  VectorX condition_multipliers;  ///< κ of each
 };
 
 struct BoxBound {
   double bound = -no_length_bound;  ///< no lengths of the box allow less [kg]
   BoxCertificate certificate;
   std::vector<VectorX> corner_masses;  ///< per counterweight and corner: of the relaxation; at a point, of the optimum
-  MatrixX conflict;  ///< lengths × 2: how much the active inequalities want each length small, large
+  MatrixX conflict;                    ///< lengths × 2: how much the active inequalities want each length small, large
 
   static constexpr double no_length_bound = 1e300;
   double mass(std::size_t counterweight) const { return corner_masses[counterweight].sum(); }
@@ -36,10 +39,14 @@ struct BoxBound {
 
 class BoxProgram {
  public:
-  BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual);
+  /// @param conditions that all lengths of interest meet
+  BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual, std::vector<LengthCondition> conditions);
 
   /// Lengths on which the bound depends.
   const std::vector<int>& lengths() const { return lengths_; }
+  const std::vector<LengthCondition>& conditions() const { return conditions_; }
+  /// Indices of the conditions that some lengths of the box break.
+  std::vector<int> find_active_conditions(const LengthBox& box) const;
   /// Whether all scales are positive on the box; otherwise there is no bound.
   bool has_positive_scales(const LengthBox& box) const;
   /// @param affine lengths in which the multipliers are affine
@@ -56,7 +63,8 @@ class BoxProgram {
   const VirtualLinkage& dual_;
   std::vector<int> lengths_;
   std::vector<std::vector<BernsteinForm>> corners_;  ///< scale, then coefficients
-  BernsteinForm objective_;                          ///< fixed size, scale, then coefficients
+  std::vector<LengthCondition> conditions_;
+  BernsteinForm objective_;  ///< fixed size, scale, coefficients, then conditions
   std::vector<BernsteinForm> positive_;
 };
 

@@ -7,10 +7,11 @@
 #include "balance/synthesis/conditions/conditions.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <queue>
-#include <deque>
 
 namespace balance {
 namespace {
@@ -21,11 +22,14 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Relative to the bound: lengths on which the active inequalities agree better have their worst value at a corner.
 constexpr double conflict_tolerance = 1e-7;
 /// Multipliers are affine in so many lengths: a program grows by powers.
-constexpr std::size_t max_affine_lengths = 2;
+constexpr std::size_t max_affine_lengths = 2, max_affine_lengths_with_conditions = 4;
 /// Relative to the free interval: narrower boxes are not divided.
 constexpr double min_relative_width = 1e-7;
 /// Relative: a design must be better than the last by more.
 constexpr double improvement_tolerance = 1e-10;
+/// Relative to the terms of a condition on the lengths: by how much designs that are moved to its boundary meet it.
+constexpr std::array condition_margins{1e-8, 1e-6, 1e-4};
+constexpr int max_projection_steps = 20;
 /// Of conditions that are met, scaled.
 constexpr double balance_tolerance = 1e-8;
 /// Relative: free numbers may leave their bounds by round-off.
@@ -33,10 +37,7 @@ constexpr double bound_tolerance = 1e-12;
 
 class ConditionsJudge : public LengthDesignJudge {
  public:
-  explicit ConditionsJudge(const DesignSpace& space) : space_(space) {
-    for (const Trajectory& trajectory : space.start.trajectories)
-      if (simulate(space.start.mechanism, trajectory).outcome.status == MotionStatus::done) followed_.push_back(trajectory.name);
-  }
+  explicit ConditionsJudge(const DesignSpace& space) : space_(space), followed_(list_followed_trajectories(space)) {}
 
   bool accepts(const VectorX& x) const override {
     const DesignInstance instance = space_.instantiate(x);
@@ -44,15 +45,15 @@ class ConditionsJudge : public LengthDesignJudge {
     const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
     if (conditions.status != ConditionsStatus::done) return false;
     if (max_abs(scaled_residuals(conditions, term_values(instance.mechanism))) > balance_tolerance) return false;
-    return std::all_of(instance.trajectories.begin(), instance.trajectories.end(), [&](const Trajectory& trajectory) {
-      return std::find(followed_.begin(), followed_.end(), trajectory.name) == followed_.end() ||
-             simulate(instance.mechanism, trajectory).outcome.status == MotionStatus::done;
+    return std::all_of(followed_.begin(), followed_.end(), [&](int index) {
+      return simulate(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]).outcome.status ==
+             MotionStatus::done;
     });
   }
 
  private:
   const DesignSpace& space_;
-  std::vector<std::string> followed_;
+  std::vector<int> followed_;
 };
 
 /// A root of the tree.
@@ -61,7 +62,7 @@ struct Geometry {
   LengthSubstitution substitution;
   PlanarLinkage linkage;
   VirtualLinkage dual;
-  std::unique_ptr<BoxProgram> program;
+  std::unique_ptr<BoxProgram> program, unconditional;  ///< with and without conditions on the lengths
   LengthBox box;
   double most = 0;  ///< no design is heavier
 };
@@ -112,8 +113,8 @@ class LengthTree {
 
   bool is_closed() const {
     const double lower = std::min(open_.top().bound, closed_bound_);
-    return lower >= closed_bound_ || (std::isfinite(result_.best) &&
-                                      result_.best - lower <= options_.gap_tolerance * std::abs(result_.best));
+    return lower >= closed_bound_ ||
+           (std::isfinite(result_.best) && result_.best - lower <= options_.gap_tolerance * std::abs(result_.best));
   }
 
   bool make_roots() {
@@ -135,9 +136,13 @@ class LengthTree {
     }
     SpecialGeometries special = find_special_geometries(*reading.linkage, box);
     result_.uncovered = std::move(special.uncovered);
-    std::string reason = add_geometry("general lengths", {}, std::move(*reading.linkage), box);
-    if (reason.empty())
-      reason = find_disagreement(space_, geometries_[0].linkage, *geometries_[0].program, geometries_[0].box);
+    std::vector<LengthCondition> assembly =
+        list_assembly_conditions(space_, *reading.linkage, options_.required_trajectories, box);
+    std::string reason = add_geometry("general lengths", {}, std::move(*reading.linkage), std::move(assembly), box);
+    if (reason.empty()) {
+      const Geometry& general = geometries_[0];
+      reason = find_disagreement(space_, general.linkage, *general.unconditional, general.box);
+    }
     if (!reason.empty()) {
       result_.reason = reason;
       return false;
@@ -150,19 +155,27 @@ class LengthTree {
   void add_special_geometry(const SpecialGeometry& geometry) {
     LinkageReading reading = read_linkage(space_, geometry.substitution);
     if (reading.linkage) {
+      std::vector<LengthCondition> conditions = geometry.equalities;
+      const std::vector<LengthCondition> assembly =
+          list_assembly_conditions(space_, *reading.linkage, options_.required_trajectories, geometry.box);
+      conditions.insert(conditions.end(), assembly.begin(), assembly.end());
       reading.linkage->closures = geometry.closures;
       for (LoopClosure& closure : reading.linkage->closures)
         for (const auto& [number, value] : geometry.substitution) {
           for (auto& [body, coefficient] : closure.links) coefficient = coefficient.substitute(number, value);
           closure.ground = closure.ground.substitute(number, value);
         }
-      if (add_geometry(geometry.name, geometry.substitution, std::move(*reading.linkage), geometry.box).empty()) return;
+      if (add_geometry(geometry.name, geometry.substitution, std::move(*reading.linkage), std::move(conditions),
+                       geometry.box)
+              .empty())
+        return;
     }
     result_.uncovered.push_back(geometry.name);
   }
 
   /// @return why it cannot be bounded; empty if it was added
-  std::string add_geometry(std::string name, LengthSubstitution substitution, PlanarLinkage linkage, LengthBox box) {
+  std::string add_geometry(std::string name, LengthSubstitution substitution, PlanarLinkage linkage,
+                           std::vector<LengthCondition> conditions, LengthBox box) {
     if (linkage.counterweights.empty()) return "no counterweight is free";
     VirtualLinkageResult dual = make_virtual_linkage(linkage, box.middle());
     if (!dual.linkage) return dual.reason;
@@ -177,7 +190,8 @@ class LengthTree {
       geometry.most += counterweight.upper * (1 + bound_tolerance);
     geometries_.push_back(std::move(geometry));
     Geometry& added = geometries_.back();
-    added.program = std::make_unique<BoxProgram>(added.linkage, added.dual);
+    added.program = std::make_unique<BoxProgram>(added.linkage, added.dual, std::move(conditions));
+    added.unconditional = std::make_unique<BoxProgram>(added.linkage, added.dual, std::vector<LengthCondition>());
     if (added.program->has_positive_scales(added.box)) return {};
     geometries_.pop_back();
     return "a length may vanish";
@@ -189,9 +203,13 @@ class LengthTree {
   void bound(Node& node) {
     const Geometry& geometry = geometry_of(node);
     ++result_.nodes;
+    if (!contract(geometry.program->conditions(), node.box)) {
+      close(node, infinity);
+      return;
+    }
     BoxBound best = geometry.program->bound(node.box, {}, node.upper_limits);
     if (best.bound < result_.best && best.bound <= geometry.most && best.conflict.size() > 0) {
-      const std::vector<int> affine = conflicting_lengths(best, geometry);
+      const std::vector<int> affine = choose_affine_lengths(node, best, geometry);
       if (!affine.empty()) {
         BoxBound better = geometry.program->bound(node.box, affine, node.upper_limits);
         if (better.bound > best.bound) best = std::move(better);
@@ -209,14 +227,22 @@ class LengthTree {
       open_.push(node);
   }
 
-  static std::vector<int> conflicting_lengths(const BoxBound& bound, const Geometry& geometry) {
+  /// Those in conflict, and those of conditions that take part.
+  static std::vector<int> choose_affine_lengths(const Node& node, const BoxBound& bound, const Geometry& geometry) {
     std::vector<int> lengths = geometry.program->lengths();
     const auto conflict = [&](int length) { return std::min(bound.conflict(length, 0), bound.conflict(length, 1)); };
     std::stable_sort(lengths.begin(), lengths.end(), [&](int a, int b) { return conflict(a) > conflict(b); });
     std::vector<int> result;
+    const double threshold = conflict_tolerance * std::max(1.0, std::abs(bound.bound));
     for (const int length : lengths)
-      if (result.size() < max_affine_lengths && conflict(length) > conflict_tolerance * std::max(1.0, std::abs(bound.bound)))
-        result.push_back(length);
+      if (result.size() < max_affine_lengths && conflict(length) > threshold) result.push_back(length);
+    for (const int condition : geometry.program->find_active_conditions(node.box))
+      for (const int length : lengths)
+        if (result.size() < max_affine_lengths_with_conditions &&
+            geometry.program->conditions()[static_cast<std::size_t>(condition)].polynomial.has_variable(length) &&
+            node.box.lower[length] < node.box.upper[length] &&
+            std::find(result.begin(), result.end(), length) == result.end())
+          result.push_back(length);
     return result;
   }
 
@@ -236,15 +262,71 @@ class LengthTree {
     VectorX corner = node.box.lower;
     for (const int length : geometry_of(node).program->lengths())
       if (node.conflict(length, 1) > node.conflict(length, 0)) corner[length] = node.box.upper[length];
-    try_design(node, corner);
-    try_design(node, node.box.middle());
+    for (const VectorX& lengths : {corner, node.box.middle()}) {
+      if (meets_conditions(lengths, geometry_of(node)) && try_design(node, lengths)) continue;
+      for (const double margin : condition_margins) {
+        const std::optional<VectorX> moved = meet_conditions(lengths, geometry_of(node), margin);
+        if (moved && try_design(node, *moved)) break;
+      }
+    }
   }
 
-  void try_design(const Node& node, const VectorX& lengths) {
+  static bool meets_conditions(const VectorX& lengths, const Geometry& geometry) {
+    const auto& conditions = geometry.program->conditions();
+    return std::all_of(conditions.begin(), conditions.end(), [&](const LengthCondition& condition) {
+      return !condition.is_equality && condition.polynomial.evaluate(lengths).real() >= 0;
+    });
+  }
+
+  /// Moves lengths within the bounds until they meet the conditions, relative to the free intervals as little as
+  /// possible: Gauss–Newton steps.
+  /// @return none if there are no conditions, or the steps do not converge
+  static std::optional<VectorX> meet_conditions(VectorX lengths, const Geometry& geometry, double margin) {
+    const auto& conditions = geometry.program->conditions();
+    if (conditions.empty()) return {};
+    const VectorX width = geometry.box.upper - geometry.box.lower;
+    for (int step = 0; step < max_projection_steps; ++step) {
+      std::vector<VectorX> gradients;
+      std::vector<double> residuals;
+      for (const LengthCondition& condition : conditions) {
+        const double value = condition.polynomial.evaluate(lengths).real();
+        const double target = condition.is_equality ? 0 : margin * condition_scale(condition, geometry);
+        if (condition.is_equality ? value == 0 : value >= target / 2) continue;
+        VectorX gradient = VectorX::Zero(lengths.size());
+        for (Eigen::Index i = 0; i < lengths.size(); ++i)
+          gradient[i] = condition.polynomial.derivative(static_cast<int>(i)).evaluate(lengths).real() * width[i];
+        gradients.push_back(std::move(gradient));
+        residuals.push_back(target - value);
+      }
+      if (residuals.empty()) return lengths;
+      MatrixX jacobian(static_cast<Eigen::Index>(residuals.size()), lengths.size());
+      VectorX right(jacobian.rows());
+      for (std::size_t r = 0; r < residuals.size(); ++r) {
+        jacobian.row(static_cast<Eigen::Index>(r)) = gradients[r].transpose();
+        right[static_cast<Eigen::Index>(r)] = residuals[r];
+      }
+      MatrixX normal = jacobian * jacobian.transpose();
+      normal.diagonal().array() += 1e-14 * normal.trace() + 1e-300;
+      const VectorX change = jacobian.transpose() * normal.ldlt().solve(right);
+      const VectorX before = lengths;
+      lengths = (lengths + width.cwiseProduct(change)).cwiseMax(geometry.box.lower).cwiseMin(geometry.box.upper);
+      if (!lengths.allFinite()) return {};
+      if ((lengths - before).cwiseAbs().sum() <= 1e-16 * lengths.cwiseAbs().sum()) return lengths;
+    }
+    return lengths;
+  }
+
+  static double condition_scale(const LengthCondition& condition, const Geometry& geometry) {
+    const auto [low, high] = enclose_range(condition.polynomial, geometry.box);
+    return std::max(std::abs(low), std::abs(high));
+  }
+
+  /// @return whether it is accepted, or no improvement
+  bool try_design(const Node& node, const VectorX& lengths) {
     const Geometry& geometry = geometry_of(node);
     std::vector<bool> upper_limits = node.upper_limits;
-    const BoxBound point = geometry.program->bound({lengths, lengths}, {}, upper_limits);
-    if (point.corner_masses.empty() || point.bound > geometry.most) return;
+    const BoxBound point = geometry.unconditional->bound({lengths, lengths}, {}, upper_limits);
+    if (point.corner_masses.empty() || point.bound > geometry.most) return false;
     VectorX x = space_.start_values();
     for (const int length : geometry.program->lengths()) x[length] = lengths[length];
     for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
@@ -253,9 +335,11 @@ class LengthTree {
       place_counterweight(geometry.linkage.counterweights[i], point.corner_masses[i], x);
       value += point.mass(i);
     }
-    if (!(value < result_.best * (1 - improvement_tolerance)) || !clamp_to_bounds(x) || !judge_.accepts(x)) return;
+    if (!(value < result_.best * (1 - improvement_tolerance))) return true;
+    if (!clamp_to_bounds(x) || !judge_.accepts(x)) return false;
     result_.best = value;
     result_.design = std::move(x);
+    return true;
   }
 
   void place_counterweight(const FreeCounterweight& counterweight, const VectorX& masses, VectorX& x) const {
@@ -333,6 +417,17 @@ class LengthTree {
 };
 
 }  // namespace
+
+std::vector<int> list_followed_trajectories(const DesignSpace& space) {
+  std::vector<int> followed;
+  for (std::size_t i = 0; i < space.start.trajectories.size(); ++i) {
+    const Trajectory& trajectory = space.start.trajectories[i];
+    if (!is_mechanism_dependent(trajectory) &&
+        simulate(space.start.mechanism, trajectory).outcome.status == MotionStatus::done)
+      followed.push_back(static_cast<int>(i));
+  }
+  return followed;
+}
 
 std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space) {
   return std::make_unique<ConditionsJudge>(space);

@@ -31,6 +31,8 @@ std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& s
 struct LengthBoundOptions {
   long max_nodes = 20'000;      ///< boxes bounded, at least 1
   double gap_tolerance = 1e-9;  ///< relative; the search ends below it
+  /// Indices of trajectories that every design must follow; lengths with which they cannot be assembled do not count.
+  std::vector<int> required_trajectories = {};
   bool keeps_certificates = false;
   std::function<bool()> interrupted = {};  ///< asked after every box
 };
@@ -44,19 +46,22 @@ struct LengthCertificate {
 };
 
 struct LengthBound {
-  std::string reason;       ///< empty: there is a bound; else completes "no certificate because …"
-  double lower_bound = 0;   ///< no design is lighter [kg]; infinite: there is none at all
+  std::string reason;      ///< empty: there is a bound; else completes "no certificate because …"
+  double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
-  VectorX design;           ///< all free numbers; empty: none found
-  std::vector<std::string> geometries;  ///< to which the bound applies: the first is "general lengths"
-  std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
-  long nodes = 0;                       ///< boxes bounded
+  VectorX design;                                         ///< all free numbers; empty: none found
+  std::vector<std::string> geometries;          ///< to which the bound applies: the first is "general lengths"
+  std::vector<std::string> uncovered;           ///< geometries within the bounds to which it does not apply
+  long nodes = 0;                               ///< boxes bounded
   std::vector<LengthCertificate> certificates;  ///< of the boxes that together cover all lengths, if asked for
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.
   double gap() const { return std::isinf(best) ? best : (best - lower_bound) / best; }
 };
+
+/// Indices of the trajectories that the start values can follow and that do not depend on the mechanism.
+std::vector<int> list_followed_trajectories(const DesignSpace& space);
 
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
                                const LengthBoundOptions& options = {});

@@ -139,6 +139,18 @@ LengthPolynomial LengthPolynomial::conjugate() const {
   return result;
 }
 
+LengthPolynomial LengthPolynomial::derivative(int index) const {
+  LengthPolynomial result;
+  for (const auto& [exponents, coefficient] : terms_) {
+    const int power = exponents[static_cast<std::size_t>(index)];
+    if (power == 0) continue;
+    Exponents reduced = exponents;
+    --reduced[static_cast<std::size_t>(index)];
+    result.add(reduced, coefficient * static_cast<double>(power));
+  }
+  return result;
+}
+
 LengthPolynomial::Coefficient LengthPolynomial::evaluate(const VectorX& lengths) const {
   Coefficient sum = 0;
   for (const auto& [exponents, coefficient] : terms_) {

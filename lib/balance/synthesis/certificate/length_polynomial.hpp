@@ -35,6 +35,7 @@ class LengthPolynomial {
 
   LengthPolynomial real() const;
   LengthPolynomial conjugate() const;
+  LengthPolynomial derivative(int index) const;
   Coefficient evaluate(const VectorX& lengths) const;
   LengthPolynomial substitute(int index, const LengthPolynomial& value) const;
   /// The quotient by a monomial, or by a polynomial that this one is a constant multiple of; none if it is not a
@@ -46,6 +47,8 @@ class LengthPolynomial {
 
   std::map<Exponents, Coefficient> terms_;
 };
+
+inline constexpr LengthPolynomial::Coefficient imaginary_unit(0, 1);
 
 /// A polynomial p = unit · size, where `size` has real coefficients and `unit` is a complex number of magnitude 1.
 struct PolarForm {

@@ -22,15 +22,12 @@ std::vector<Goal> force_goals(const DesignSpace& space) {
   return {Goal{GoalKind::statics}};
 }
 
-Vector3 corner_place(const PlanarLinkage& linkage, const FreeCounterweight& counterweight, std::size_t corner,
-                     const VectorX& x, const Mechanism& mechanism) {
-  // corners are measured from the tree joint; the difference of two corners is the same from the body's origin
-  const Attachment& attachment = mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)];
-  (void)linkage;
-  const std::size_t y_ends = counterweight.place_numbers[1] >= 0 ? 2 : 1;
-  Vector3 place = attachment.position;
+/// @param mechanism its counterweights are at their first corners
+Vector3 corner_place(const FreeCounterweight& counterweight, std::size_t corner, const VectorX& x,
+                     const Mechanism& mechanism) {
+  Vector3 place = mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)].position;
+  // corners are measured from the tree joint; differences are the same from the body's origin
   const auto shift = counterweight.corners[corner].evaluate(x) - counterweight.corners[0].evaluate(x);
-  (void)y_ends;
   place[0] += shift.real();
   place[1] += shift.imag();
   return place;
@@ -61,7 +58,7 @@ std::optional<double> least_mass(const DesignSpace& space, const PlanarLinkage& 
       Mechanism loaded = mechanism;
       Attachment& attachment = loaded.attachments[static_cast<std::size_t>(counterweight.attachment)];
       attachment.mass = 1;
-      attachment.position = corner_place(linkage, counterweight, corner, x, mechanism);
+      attachment.position = corner_place(counterweight, corner, x, mechanism);
       columns.push_back(conditions.matrix * (term_values(loaded) - base));
       owners.push_back(i);
     }
@@ -112,11 +109,12 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     ++compared;
     const double bound = program.bound({x, x}, {}, upper_limits).bound;
     const double fixed = linkage.fixed_size.evaluate(x).real();
-    const bool agrees = std::isinf(*own) ? bound > fixed + most
-                                         : std::abs(bound - *own) <= agreement_tolerance * (1 + std::abs(*own));
+    const bool agrees =
+        std::isinf(*own) ? bound > fixed + most : std::abs(bound - *own) <= agreement_tolerance * (1 + std::abs(*own));
     if (!agrees) return "its conditions at random lengths are not those of its closures";
   }
-  return compared == compared_lengths ? std::string() : "it could not be assembled with other lengths, for a comparison";
+  return compared == compared_lengths ? std::string()
+                                      : "it could not be assembled with other lengths, for a comparison";
 }
 
 }  // namespace balance::certificate

@@ -12,11 +12,7 @@ struct NotPolynomial : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-constexpr LengthPolynomial::Coefficient imaginary_unit(0, 1);
-
-bool requires_force_balance(const Goal& goal) {
-  return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic;
-}
+bool requires_force_balance(const Goal& goal) { return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic; }
 
 /// Static efforts vanish in the same mechanisms as shaking forces if all coordinates are actuated, there is gravity and
 /// nothing else but masses asks for efforts.
@@ -50,8 +46,7 @@ void check_request(const DesignSpace& space) {
   if (!mechanism.couplings.empty()) throw NotPolynomial("gears or belts couple its joints");
   if (!mechanism.constraints.empty()) throw NotPolynomial("its speeds are constrained");
   for (const auto& joint : mechanism.joints)
-    if (joint.type != JointType::revolute)
-      throw NotPolynomial("joint " + joint.name + " is not revolute");
+    if (joint.type != JointType::revolute) throw NotPolynomial("joint " + joint.name + " is not revolute");
   for (const auto& attachment : mechanism.attachments)
     if (std::isfinite(attachment.from) || std::isfinite(attachment.until))
       throw NotPolynomial(attachment.name + " is not carried all the time");
@@ -91,6 +86,7 @@ class LinkageReader {
     uses_.assign(static_cast<std::size_t>(variables_), 0);
     for (const auto& body : mechanism_.bodies) linkage_.body_names.push_back(body.name);
     read_tree();
+    read_tool();
     read_bodies();
     read_attachments();
     return std::move(linkage_);
@@ -146,8 +142,7 @@ class LinkageReader {
           if (is_placed[static_cast<std::size_t>(child)] ||
               std::find(level.begin(), level.end(), parent) == level.end())
             continue;
-          if (parent != ground)
-            linkage_.tree_joints[static_cast<std::size_t>(child)] = locate(parent, points[j][side]);
+          if (parent != ground) linkage_.tree_joints[static_cast<std::size_t>(child)] = locate(parent, points[j][side]);
           origins_[static_cast<std::size_t>(child)] =
               parent == ground ? points[j][side] : origins_[static_cast<std::size_t>(parent)];
           references_[static_cast<std::size_t>(child)] = points[j][1 - side];
@@ -180,6 +175,13 @@ class LinkageReader {
     for (auto link = closure.links.begin(); link != closure.links.end();)
       link = link->second.is_zero() ? closure.links.erase(link) : std::next(link);
     linkage_.closures.push_back(std::move(closure));
+  }
+
+  void read_tool() {
+    if (!mechanism_.tool || mechanism_.tool->body == ground) return;
+    const int body = mechanism_.tool->body;
+    linkage_.tool = LoopClosure{locate(body, place(mechanism_.tool->position, "the tool's place")),
+                                origins_[static_cast<std::size_t>(body)]};
   }
 
   void read_bodies() {
@@ -216,8 +218,7 @@ class LinkageReader {
       count_uses(all.back().mass);
       for (const auto& coordinate : all.back().place) count_uses(coordinate);
     }
-    for (std::size_t a = 0; a < all.size(); ++a)
-      add_attachment(static_cast<int>(a), all[a].mass, all[a].place);
+    for (std::size_t a = 0; a < all.size(); ++a) add_attachment(static_cast<int>(a), all[a].mass, all[a].place);
   }
 
   /// The free number that a polynomial is, if nothing else depends on it.

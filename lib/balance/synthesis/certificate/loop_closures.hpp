@@ -43,19 +43,20 @@ struct FreeCounterweight {
   int attachment = 0;  ///< into Mechanism::attachments
   std::string name;
   int body = 0;
-  std::vector<LengthPolynomial> corners;  ///< of its box, from the body's tree joint [m]
-  double lower = 0, upper = 0;            ///< of its mass [kg]
-  int mass_number = -1;                   ///< free number that is its mass; −1: the mass is fixed
+  std::vector<LengthPolynomial> corners;     ///< of its box, from the body's tree joint [m]
+  double lower = 0, upper = 0;               ///< of its mass [kg]
+  int mass_number = -1;                      ///< free number that is its mass; −1: the mass is fixed
   std::array<int, 2> place_numbers{-1, -1};  ///< free numbers that are its coordinates; −1: none
 };
 
 struct PlanarLinkage {
   int variables = 0;  ///< of all polynomials: the study's free numbers
   std::vector<std::string> body_names;
-  std::vector<BodySum> tree_joints;                        ///< per body: R_k
+  std::vector<BodySum> tree_joints;                         ///< per body: R_k
   std::vector<std::vector<LengthPolynomial>> joint_places;  ///< per body: places of its other joints
-  std::vector<std::array<int, 2>> joints;                  ///< the two bodies of each
+  std::vector<std::array<int, 2>> joints;                   ///< the two bodies of each
   std::vector<LoopClosure> closures;
+  std::optional<LoopClosure> tool;  ///< position of the tool point, with the ground's constant
   std::vector<CarriedMass> masses;  ///< of bodies, payloads and fixed counterweights
   std::vector<FreeCounterweight> counterweights;
   LengthPolynomial fixed_size;  ///< what the objective counts besides the free counterweights [kg]

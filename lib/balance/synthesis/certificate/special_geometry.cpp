@@ -127,8 +127,8 @@ class GeometryFinder {
     return true;
   }
 
-  /// Makes two sides equal by replacing a length.
-  enum class Equality { impossible, made, unknown };
+  /// Makes two sides equal by replacing a length, or else by a condition.
+  enum class Equality { impossible, made };
   Equality make_equal(LengthPolynomial p, LengthPolynomial q, SpecialGeometry& geometry) const {
     for (const auto& [number, value] : geometry.substitution) {
       p = p.substitute(number, value);
@@ -136,9 +136,11 @@ class GeometryFinder {
     }
     if (!may_be_equal(p, q, geometry.box)) return Equality::impossible;
     const auto a = find_polar_form(p), b = find_polar_form(q);
-    if (!a || !b) return Equality::unknown;
-    const double sign_a = enclose_range(a->size, geometry.box).first, sign_b = enclose_range(b->size, geometry.box).first;
-    if (!(sign_a > 0) || !(sign_b > 0)) return Equality::unknown;
+    if (!a || !b || !(enclose_range(a->size, geometry.box).first > 0) ||
+        !(enclose_range(b->size, geometry.box).first > 0)) {
+      geometry.equalities.push_back({squared(p) - squared(q), true});
+      return Equality::made;
+    }
     const LengthPolynomial difference = a->size - b->size;
     const auto constant = difference.constant_value();
     if (constant)  // may_be_equal: they are
@@ -147,7 +149,8 @@ class GeometryFinder {
       const std::optional<LengthPolynomial> value = solve_for(difference, number);
       if (value) return replace(number, *value, geometry);
     }
-    return Equality::unknown;
+    geometry.equalities.push_back({difference, true});
+    return Equality::made;
   }
 
   /// The variable as a polynomial of the others where p = 0, if it has a constant coefficient in p.
@@ -161,13 +164,15 @@ class GeometryFinder {
   }
 
   Equality replace(int number, const LengthPolynomial& value, SpecialGeometry& geometry) const {
-    const double margin = length_tolerance * std::max(std::abs(geometry.box.lower[number]),
-                                                      std::abs(geometry.box.upper[number]));
+    const double margin =
+        length_tolerance * std::max(std::abs(geometry.box.lower[number]), std::abs(geometry.box.upper[number]));
     const double lower = geometry.box.lower[number] - margin, upper = geometry.box.upper[number] + margin;
     const auto [low, high] = enclose_range(value, geometry.box);
     if (high < lower || low > upper) return Equality::impossible;
     contract(value, lower, upper, geometry.box);
     for (auto& [other, earlier] : geometry.substitution) earlier = earlier.substitute(number, value);
+    for (LengthCondition& equality : geometry.equalities)
+      equality.polynomial = equality.polynomial.substitute(number, value);
     geometry.substitution[number] = value;
     return Equality::made;
   }
@@ -211,7 +216,6 @@ class GeometryFinder {
       for (const auto& pair : loop.pairs) {
         const Equality equality = make_equal(loop.sides.at(pair[0]), loop.sides.at(pair[1]), geometry);
         if (equality == Equality::impossible) return;
-        is_known = is_known && equality == Equality::made;
       }
       std::size_t replaced = 0;
       while (replaced < is_replaced.size() && (is_replaced[replaced] || loop.combination[replaced] == 0)) ++replaced;

@@ -7,7 +7,7 @@
 /// linkage is a parallelogram, its closure splits into one for the coupler and one for crank and rocker, and both are
 /// weaker conditions. In the second case crank and coupler turn as one body about a rocker at rest: a kite, folded.
 
-#include "balance/synthesis/certificate/bernstein_form.hpp"
+#include "balance/synthesis/certificate/assembly_conditions.hpp"
 #include "balance/synthesis/certificate/loop_closures.hpp"
 
 namespace balance::certificate {
@@ -16,8 +16,9 @@ namespace balance::certificate {
 struct SpecialGeometry {
   std::string name;  ///< "crank–coupler–rocker a parallelogram"
   LengthSubstitution substitution;
-  std::vector<LoopClosure> closures;  ///< instead of the linkage's, before the substitution
-  LengthBox box;                      ///< contains all its lengths
+  std::vector<LoopClosure> closures;        ///< instead of the linkage's, before the substitution
+  std::vector<LengthCondition> equalities;  ///< that no substitution expresses
+  LengthBox box;                            ///< contains all its lengths
 };
 
 struct SpecialGeometries {

@@ -6,8 +6,6 @@
 namespace balance::certificate {
 namespace {
 
-constexpr LengthPolynomial::Coefficient imaginary_unit(0, 1);
-
 class VirtualLinkageBuilder {
  public:
   VirtualLinkageBuilder(const PlanarLinkage& linkage, const VectorX& lengths)

@@ -23,11 +23,11 @@ struct VirtualHeight {
 };
 
 struct VirtualLinkage {
-  int unknowns = 0;                                ///< real numbers w
+  int unknowns = 0;                                 ///< real numbers w
   std::vector<std::vector<VirtualHeight>> corners;  ///< per counterweight and corner
-  VirtualHeight fixed_masses;                      ///< Σ m h over the fixed masses [kg]
-  LengthPolynomial fixed_size;                     ///< of the objective, times the scale of fixed_masses [kg]
-  std::vector<LengthPolynomial> positive;          ///< scales that must be positive for the lengths in question
+  VirtualHeight fixed_masses;                       ///< Σ m h over the fixed masses [kg]
+  LengthPolynomial fixed_size;                      ///< of the objective, times the scale of fixed_masses [kg]
+  std::vector<LengthPolynomial> positive;           ///< scales that must be positive for the lengths in question
 };
 
 struct VirtualLinkageResult {

@@ -1,0 +1,228 @@
+#include "balance/synthesis/certificate/assembly_conditions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace balance::certificate {
+namespace {
+
+/// Poses between the ends of the motion of a single joint.
+constexpr int pose_intervals = 8;
+/// Relative to the terms of a condition: what the library's assembly may accept beyond it, with a margin.
+constexpr double reach_tolerance = 1e-9;
+constexpr std::size_t max_closures = 4;
+constexpr int max_contractions = 4;
+/// Relative to the box: smaller contractions are not repeated.
+constexpr double min_contraction = 0.05;
+
+/// What a trajectory prescribes at one moment.
+struct PrescribedPose {
+  std::map<int, double> joints;  ///< coordinate → value
+  std::optional<Vector3> tool;
+};
+
+std::vector<PrescribedPose> list_poses(const TrajectoryOf<Expression>& trajectory) {
+  std::vector<PrescribedPose> poses;
+  const auto add = [&](const PoseTargetOf<Expression>& target) {
+    PrescribedPose pose;
+    if (trajectory.drive == DriveKind::joints)
+      for (const auto& joint : target.joints)
+        if (joint.value.is_constant()) pose.joints[joint.coordinate] = joint.value.value();
+    if (trajectory.drive == DriveKind::tool && target.tool && (*target.tool)[0].is_constant() &&
+        (*target.tool)[1].is_constant())
+      pose.tool = Vector3((*target.tool)[0].value(), (*target.tool)[1].value(), 0);
+    poses.push_back(std::move(pose));
+  };
+  if (trajectory.corridor || std::holds_alternative<TablePathOf<Expression>>(trajectory.path)) return poses;
+  add(trajectory.from);
+  if (const auto* waypoints = std::get_if<WaypointPathOf<Expression>>(&trajectory.path))
+    for (const auto& point : waypoints->points) add(point);
+  if (!std::holds_alternative<CirclePathOf<Expression>>(trajectory.path)) add(trajectory.to);
+  if (poses.size() != 2 || poses[0].joints.size() != 1 || poses[1].joints.size() != 1 ||
+      poses[0].joints.begin()->first != poses[1].joints.begin()->first)
+    return poses;
+  // a continuous motion passes every value in between
+  const auto [coordinate, first] = *poses[0].joints.begin();
+  const double last = poses[1].joints.begin()->second;
+  std::vector<double> values;
+  for (int i = 1; i < pose_intervals; ++i) values.push_back(first + (last - first) * i / pose_intervals);
+  constexpr double pi = std::numbers::pi;
+  for (double extreme = std::ceil(std::min(first, last) / pi) * pi; extreme < std::max(first, last); extreme += pi)
+    values.push_back(extreme);
+  for (const double value : values) poses.push_back({{{coordinate, value}}, std::nullopt});
+  return poses;
+}
+
+class ConditionLister {
+ public:
+  ConditionLister(const DesignSpace& space, const PlanarLinkage& linkage, const LengthBox& box)
+      : space_(space), mechanism_(space.recording->mechanism), linkage_(linkage), box_(box) {}
+
+  void add_pose(const PrescribedPose& pose) {
+    directions_.clear();
+    directions_[0] = 1;
+    find_directions(pose);
+    std::vector<LoopClosure> relations = linkage_.closures;
+    if (relations.size() > max_closures) return;
+    const bool has_tool = pose.tool && linkage_.tool;
+    if (has_tool) {
+      LoopClosure relation = *linkage_.tool;
+      relation.ground += LengthPolynomial::constant(linkage_.variables, {-(*pose.tool)[0], -(*pose.tool)[1]});
+      relations.push_back(std::move(relation));
+    }
+    std::size_t combinations = 1;
+    for (std::size_t j = 0; j < relations.size(); ++j) combinations *= 3;
+    for (std::size_t code = 1; code < combinations; ++code) add_combination(relations, code);
+  }
+
+  std::vector<LengthCondition> take() { return std::move(conditions_); }
+
+ private:
+  /// Of all bodies that driven joints connect with the ground.
+  void find_directions(const PrescribedPose& pose) {
+    for (bool has_found = true; has_found;) {
+      has_found = false;
+      for (const auto& [coordinate, value] : pose.joints) {
+        const auto& joint =
+            mechanism_
+                .joints[static_cast<std::size_t>(mechanism_.coordinates[static_cast<std::size_t>(coordinate)].joint)];
+        const auto& turn = joint.rotation;
+        if (!joint.axis[2].is_constant() || !turn(0, 0).is_constant() || !turn(1, 0).is_constant()) continue;
+        const double angle = joint.axis[2].value() < 0 ? -value : value;
+        const LengthPolynomial::Coefficient relative =
+            std::polar(1.0, angle) * LengthPolynomial::Coefficient(turn(0, 0).value(), turn(1, 0).value());
+        const bool knows_first = directions_.count(joint.first) > 0, knows_second = directions_.count(joint.second) > 0;
+        if (knows_first == knows_second) continue;
+        if (knows_first)
+          directions_[joint.second] = directions_[joint.first] * relative;
+        else
+          directions_[joint.first] = directions_[joint.second] / relative;
+        has_found = true;
+      }
+    }
+  }
+
+  void add_combination(const std::vector<LoopClosure>& relations, std::size_t code) {
+    BodySum sum;
+    LengthPolynomial known;
+    int first = 0;
+    for (const LoopClosure& relation : relations) {
+      const int sign = static_cast<int>((code % 3 + 1) % 3) - 1;
+      code /= 3;
+      if (first == 0) first = sign;
+      if (sign == 0) continue;
+      const LengthPolynomial factor = LengthPolynomial::constant(linkage_.variables, sign);
+      sum = sum + relation.links * factor;
+      known += relation.ground * factor;
+    }
+    if (first != 1) return;
+    std::vector<LengthPolynomial> links;
+    for (const auto& [body, coefficient] : sum) {
+      const auto direction = directions_.find(body);
+      if (direction != directions_.end())
+        known += coefficient * direction->second;
+      else if (!coefficient.is_zero())
+        links.push_back(coefficient);
+    }
+    if (links.size() == 2) add_dyad(links[0], links[1], known);
+  }
+
+  void add_dyad(const LengthPolynomial& p, const LengthPolynomial& q, const LengthPolynomial& known) {
+    const auto a = positive_size(p), b = positive_size(q);
+    if (!a || !b) return;
+    const auto distance = known.constant_value();
+    if (distance) {
+      // linear in the links' lengths
+      const LengthPolynomial d = LengthPolynomial::constant(linkage_.variables, std::abs(*distance));
+      add(*a + *b - d);
+      add(*a - *b + d);
+      add(*b - *a + d);
+      return;
+    }
+    const LengthPolynomial squared = (known * known.conjugate()).real();
+    const LengthPolynomial sum = *a + *b, difference = *a - *b;
+    add(sum * sum - squared);
+    add(squared - difference * difference);
+  }
+
+  std::optional<LengthPolynomial> positive_size(const LengthPolynomial& p) const {
+    const auto form = find_polar_form(p);
+    if (!form) return {};
+    if (enclose_range(form->size, box_).first > 0) return form->size;
+    if (enclose_range(form->size, box_).second < 0) return -form->size;
+    return {};
+  }
+
+  /// Conditions that hold in the whole box are left out.
+  void add(LengthPolynomial p) {
+    const double size = BernsteinForm({p}).convert(box_).magnitudes[0];
+    p += LengthPolynomial::constant(linkage_.variables, reach_tolerance * size);
+    if (enclose_range(p, box_).first >= 0) return;
+    conditions_.push_back({std::move(p), false});
+  }
+
+  const DesignSpace& space_;
+  const MechanismOf<Expression>& mechanism_;
+  const PlanarLinkage& linkage_;
+  const LengthBox& box_;
+  std::map<int, LengthPolynomial::Coefficient> directions_;
+  std::vector<LengthCondition> conditions_;
+};
+
+/// p = slope · variable + rest ≥ 0, or = 0.
+void contract_variable(const LengthCondition& condition, int variable, LengthBox& box) {
+  const LengthPolynomial v = LengthPolynomial::variable(static_cast<int>(box.lower.size()), variable);
+  const auto found = condition.polynomial.terms().find(v.terms().begin()->first);
+  if (found == condition.polynomial.terms().end()) return;
+  const double slope = found->second.real();
+  const LengthPolynomial rest = condition.polynomial - v * found->second;
+  if (rest.has_variable(variable)) return;
+  const auto [low, high] = enclose_range(rest, box);
+  // slope · v ≥ −high, and for an equality slope · v ≤ −low
+  const auto raise = [&](double bound) {
+    box.lower[variable] = std::max(box.lower[variable], bound - 1e-15 * std::abs(bound));
+  };
+  const auto reduce = [&](double bound) {
+    box.upper[variable] = std::min(box.upper[variable], bound + 1e-15 * std::abs(bound));
+  };
+  if (slope > 0) raise(-high / slope);
+  if (slope < 0) reduce(-high / slope);
+  if (!condition.is_equality) return;
+  if (slope > 0) reduce(-low / slope);
+  if (slope < 0) raise(-low / slope);
+}
+
+}  // namespace
+
+std::vector<LengthCondition> list_assembly_conditions(const DesignSpace& space, const PlanarLinkage& linkage,
+                                                      const std::vector<int>& trajectories, const LengthBox& box) {
+  ConditionLister lister(space, linkage, box);
+  for (const int trajectory : trajectories)
+    for (const PrescribedPose& pose : list_poses(space.recording->trajectories[static_cast<std::size_t>(trajectory)]))
+      lister.add_pose(pose);
+  return lister.take();
+}
+
+bool contract(const std::vector<LengthCondition>& conditions, LengthBox& box) {
+  for (int round = 0; round < max_contractions; ++round) {
+    const LengthBox before = box;
+    for (const LengthCondition& condition : conditions) {
+      const auto [low, high] = enclose_range(condition.polynomial, box);
+      if (high < 0 || (condition.is_equality && low > 0)) return false;
+      for (Eigen::Index i = 0; i < box.lower.size(); ++i) {
+        contract_variable(condition, static_cast<int>(i), box);
+        if (box.lower[i] > box.upper[i]) return false;
+      }
+    }
+    bool has_contracted = false;
+    for (Eigen::Index i = 0; i < box.lower.size(); ++i) {
+      const double width = before.upper[i] - before.lower[i];
+      has_contracted = has_contracted || width - (box.upper[i] - box.lower[i]) > min_contraction * width;
+    }
+    if (!has_contracted) return true;
+  }
+  return true;
+}
+
+}  // namespace balance::certificate
