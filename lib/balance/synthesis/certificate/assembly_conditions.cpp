@@ -11,7 +11,6 @@ namespace {
 constexpr int pose_intervals = 8;
 /// Relative to the terms of a condition: what the library's assembly may accept beyond it, with a margin.
 constexpr double reach_tolerance = 1e-9;
-constexpr std::size_t max_closures = 4;
 constexpr int max_contractions = 4;
 /// Relative to the box: smaller contractions are not repeated.
 constexpr double min_contraction = 0.05;
@@ -64,7 +63,7 @@ class ConditionLister {
     directions_[0] = 1;
     find_directions(pose);
     std::vector<LoopClosure> relations = linkage_.closures;
-    if (relations.size() > max_closures) return;
+    if (relations.size() > max_combined_closures) return;
     const bool has_tool = pose.tool && linkage_.tool;
     if (has_tool) {
       LoopClosure relation = *linkage_.tool;

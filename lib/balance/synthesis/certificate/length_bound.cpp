@@ -422,7 +422,7 @@ std::vector<int> list_followed_trajectories(const DesignSpace& space) {
   std::vector<int> followed;
   for (std::size_t i = 0; i < space.start.trajectories.size(); ++i) {
     const Trajectory& trajectory = space.start.trajectories[i];
-    if (!is_mechanism_dependent(trajectory) &&
+    if (trajectory.drive != DriveKind::com && !is_mechanism_dependent(trajectory) &&
         simulate(space.start.mechanism, trajectory).outcome.status == MotionStatus::done)
       followed.push_back(static_cast<int>(i));
   }

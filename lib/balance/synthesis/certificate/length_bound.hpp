@@ -60,7 +60,7 @@ struct LengthBound {
   double gap() const { return std::isinf(best) ? best : (best - lower_bound) / best; }
 };
 
-/// Indices of the trajectories that the start values can follow and that do not depend on the mechanism.
+/// Indices of the trajectories that the start values can follow and that do not depend on masses.
 std::vector<int> list_followed_trajectories(const DesignSpace& space);
 
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,

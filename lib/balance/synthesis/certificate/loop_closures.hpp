@@ -67,6 +67,9 @@ struct LinkageReading {
   std::string reason;  ///< why there is none: completes "no certificate because …"
 };
 
+/// Combinations of more closures than these are not enumerated; linkages have few loops.
+inline constexpr std::size_t max_combined_closures = 4;
+
 /// Free numbers that are replaced by polynomials of the others.
 using LengthSubstitution = std::map<int, LengthPolynomial>;
 

@@ -9,8 +9,6 @@ namespace {
 
 /// Relative: sides that differ by less are equal.
 constexpr double length_tolerance = 1e-12;
-/// Combinations of closures are enumerated; linkages have few loops.
-constexpr std::size_t max_closures = 4;
 constexpr std::size_t max_parallelograms = 3;
 
 /// A loop of four links, one of which may be the ground (body 0), as a combination of closures.
@@ -39,7 +37,7 @@ class GeometryFinder {
   GeometryFinder(const PlanarLinkage& linkage, const LengthBox& box) : linkage_(linkage), box_(box) {}
 
   SpecialGeometries find() {
-    if (linkage_.closures.size() > max_closures) {
+    if (linkage_.closures.size() > max_combined_closures) {
       result_.uncovered.emplace_back("special geometries (there are too many loops)");
       return std::move(result_);
     }
