@@ -2,8 +2,8 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/certificate/length_geometry.hpp"
 #include "balance/synthesis/certificate/linkage_check.hpp"
-#include "balance/synthesis/certificate/special_geometry.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 
 #include <algorithm>
@@ -56,15 +56,13 @@ class ConditionsJudge : public LengthDesignJudge {
   std::vector<int> followed_;
 };
 
-/// A root of the tree.
-struct Geometry {
-  std::string name;
-  LengthSubstitution substitution;
-  PlanarLinkage linkage;
-  VirtualLinkage dual;
-  std::unique_ptr<BoxProgram> program, unconditional;  ///< with and without conditions on the lengths
-  LengthBox box;
-  double most = 0;  ///< no design is heavier
+/// The programs of a geometry, with and without its conditions on the lengths.
+struct GeometryPrograms {
+  BoxProgram conditional, unconditional;
+
+  explicit GeometryPrograms(const LengthGeometry& geometry)
+      : conditional(geometry.linkage, geometry.dual, geometry.conditions),
+        unconditional(geometry.linkage, geometry.dual, {}) {}
 };
 
 struct Node {
@@ -73,7 +71,7 @@ struct Node {
   double bound = 0;
   MatrixX conflict;
   std::vector<bool> upper_limits;
-  BoxCertificate multipliers;
+  LengthCertificate proof;  ///< of the bound: its own, or that of a box that contains it
 };
 
 struct HasHigherBound {
@@ -91,7 +89,7 @@ class LengthTree {
       Node root;
       root.geometry = static_cast<int>(g);
       root.box = geometries_[g].box;
-      root.bound = -infinity;
+      root.bound = geometries_[g].min_value;
       root.upper_limits.assign(geometries_[g].linkage.counterweights.size(), false);
       bound(root);
     }
@@ -118,108 +116,47 @@ class LengthTree {
   }
 
   bool make_roots() {
-    const auto numbers = static_cast<Eigen::Index>(space_.start.free_numbers.size());
-    LengthBox box{VectorX(numbers), VectorX(numbers)};
-    for (Eigen::Index i = 0; i < numbers; ++i) {
-      const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(i)];
-      box.lower[i] = number.lower;
-      box.upper[i] = number.upper;
+    LengthGeometries listed = list_length_geometries(space_, options_.required_trajectories);
+    result_.reason = std::move(listed.reason);
+    if (!result_.reason.empty()) return false;
+    geometries_ = std::move(listed.geometries);
+    result_.uncovered = std::move(listed.uncovered);
+    for (const LengthGeometry& geometry : geometries_) {
+      programs_.emplace_back(geometry);
+      result_.geometries.push_back(geometry.name);
     }
-    if (numbers > 0 && !(box.lower.allFinite() && box.upper.allFinite())) {
-      result_.reason = "a free number has no bounds";
-      return false;
-    }
-    LinkageReading reading = read_linkage(space_);
-    if (!reading.linkage) {
-      result_.reason = reading.reason;
-      return false;
-    }
-    SpecialGeometries special = find_special_geometries(*reading.linkage, box);
-    result_.uncovered = std::move(special.uncovered);
-    std::vector<LengthCondition> assembly =
-        list_assembly_conditions(space_, *reading.linkage, options_.required_trajectories, box);
-    std::string reason = add_geometry("general lengths", {}, std::move(*reading.linkage), std::move(assembly), box);
-    if (reason.empty()) {
-      const Geometry& general = geometries_[0];
-      reason = find_disagreement(space_, general.linkage, *general.unconditional, general.box);
-    }
-    if (!reason.empty()) {
-      result_.reason = reason;
-      return false;
-    }
-    for (SpecialGeometry& geometry : special.geometries) add_special_geometry(geometry);
-    for (const Geometry& geometry : geometries_) result_.geometries.push_back(geometry.name);
-    return true;
+    result_.reason = find_disagreement(space_, geometries_[0].linkage, programs_[0].unconditional, geometries_[0].box);
+    return result_.reason.empty();
   }
 
-  void add_special_geometry(const SpecialGeometry& geometry) {
-    LinkageReading reading = read_linkage(space_, geometry.substitution);
-    if (reading.linkage) {
-      std::vector<LengthCondition> conditions = geometry.equalities;
-      const std::vector<LengthCondition> assembly =
-          list_assembly_conditions(space_, *reading.linkage, options_.required_trajectories, geometry.box);
-      conditions.insert(conditions.end(), assembly.begin(), assembly.end());
-      reading.linkage->closures = geometry.closures;
-      for (LoopClosure& closure : reading.linkage->closures)
-        for (const auto& [number, value] : geometry.substitution) {
-          for (auto& [body, coefficient] : closure.links) coefficient = coefficient.substitute(number, value);
-          closure.ground = closure.ground.substitute(number, value);
-        }
-      if (add_geometry(geometry.name, geometry.substitution, std::move(*reading.linkage), std::move(conditions),
-                       geometry.box)
-              .empty())
-        return;
-    }
-    result_.uncovered.push_back(geometry.name);
+  const LengthGeometry& geometry_of(const Node& node) const {
+    return geometries_[static_cast<std::size_t>(node.geometry)];
   }
-
-  /// @return why it cannot be bounded; empty if it was added
-  std::string add_geometry(std::string name, LengthSubstitution substitution, PlanarLinkage linkage,
-                           std::vector<LengthCondition> conditions, LengthBox box) {
-    if (linkage.counterweights.empty()) return "no counterweight is free";
-    VirtualLinkageResult dual = make_virtual_linkage(linkage, box.middle());
-    if (!dual.linkage) return dual.reason;
-    Geometry geometry;
-    geometry.name = std::move(name);
-    geometry.substitution = std::move(substitution);
-    geometry.linkage = std::move(linkage);
-    geometry.dual = std::move(*dual.linkage);
-    geometry.box = std::move(box);
-    geometry.most = enclose_range(geometry.linkage.fixed_size, geometry.box).second;
-    for (const FreeCounterweight& counterweight : geometry.linkage.counterweights)
-      geometry.most += counterweight.upper * (1 + bound_tolerance);
-    geometries_.push_back(std::move(geometry));
-    Geometry& added = geometries_.back();
-    added.program = std::make_unique<BoxProgram>(added.linkage, added.dual, std::move(conditions));
-    added.unconditional = std::make_unique<BoxProgram>(added.linkage, added.dual, std::vector<LengthCondition>());
-    if (added.program->has_positive_scales(added.box)) return {};
-    geometries_.pop_back();
-    return "a length may vanish";
+  const GeometryPrograms& programs_of(const Node& node) const {
+    return programs_[static_cast<std::size_t>(node.geometry)];
   }
-
-  const Geometry& geometry_of(const Node& node) const { return geometries_[static_cast<std::size_t>(node.geometry)]; }
 
   /// Bounds a box whose bound so far is its parent's, and keeps it open if it may have better designs.
   void bound(Node& node) {
-    const Geometry& geometry = geometry_of(node);
+    const LengthGeometry& geometry = geometry_of(node);
+    const BoxProgram& program = programs_of(node).conditional;
     ++result_.nodes;
-    if (!contract(geometry.program->conditions(), node.box)) {
-      close(node, infinity);
-      return;
-    }
-    BoxBound best = geometry.program->bound(node.box, {}, node.upper_limits);
-    if (best.bound < result_.best && best.bound <= geometry.most && best.conflict.size() > 0) {
-      const std::vector<int> affine = choose_affine_lengths(node, best, geometry);
+    if (!contract(geometry.conditions, node.box)) return;  // it contains no lengths of the geometry
+    BoxBound best = program.bound(node.box, {}, node.upper_limits);
+    if (best.bound < result_.best && best.bound <= geometry.max_value && best.conflict.size() > 0) {
+      const std::vector<int> affine = choose_affine_lengths(node, best, program);
       if (!affine.empty()) {
-        BoxBound better = geometry.program->bound(node.box, affine, node.upper_limits);
+        BoxBound better = program.bound(node.box, affine, node.upper_limits);
         if (better.bound > best.bound) best = std::move(better);
       }
     }
     if (best.conflict.size() == 0) best.conflict = MatrixX::Zero(geometry.linkage.variables, 2);
-    node.bound = std::max(node.bound, best.bound);
+    if (best.bound > node.bound) {
+      node.bound = best.bound;
+      node.proof = {node.geometry, node.box, best.bound, std::move(best.certificate)};
+    }
     node.conflict = std::move(best.conflict);
-    node.multipliers = std::move(best.certificate);
-    if (node.bound > geometry.most)
+    if (node.bound > geometry.max_value)
       close(node, infinity);
     else if (node.bound >= result_.best)
       close(node);
@@ -228,18 +165,18 @@ class LengthTree {
   }
 
   /// Those in conflict, and those of conditions that take part.
-  static std::vector<int> choose_affine_lengths(const Node& node, const BoxBound& bound, const Geometry& geometry) {
-    std::vector<int> lengths = geometry.program->lengths();
+  static std::vector<int> choose_affine_lengths(const Node& node, const BoxBound& bound, const BoxProgram& program) {
+    std::vector<int> lengths = program.lengths();
     const auto conflict = [&](int length) { return std::min(bound.conflict(length, 0), bound.conflict(length, 1)); };
     std::stable_sort(lengths.begin(), lengths.end(), [&](int a, int b) { return conflict(a) > conflict(b); });
     std::vector<int> result;
     const double threshold = conflict_tolerance * std::max(1.0, std::abs(bound.bound));
     for (const int length : lengths)
       if (result.size() < max_affine_lengths && conflict(length) > threshold) result.push_back(length);
-    for (const int condition : geometry.program->find_active_conditions(node.box))
+    for (const int condition : program.find_active_conditions(node.box))
       for (const int length : lengths)
         if (result.size() < max_affine_lengths_with_conditions &&
-            geometry.program->conditions()[static_cast<std::size_t>(condition)].polynomial.has_variable(length) &&
+            program.conditions()[static_cast<std::size_t>(condition)].polynomial.has_variable(length) &&
             node.box.lower[length] < node.box.upper[length] &&
             std::find(result.begin(), result.end(), length) == result.end())
           result.push_back(length);
@@ -253,14 +190,13 @@ class LengthTree {
   }
 
   void keep_certificate(const Node& node) {
-    if (options_.keeps_certificates)
-      result_.certificates.push_back({node.geometry, node.box, node.bound, node.multipliers});
+    if (options_.keeps_certificates) result_.certificates.push_back(node.proof);
   }
 
   /// The corner that the active inequalities ask for, and the middle.
   void try_designs(const Node& node) {
     VectorX corner = node.box.lower;
-    for (const int length : geometry_of(node).program->lengths())
+    for (const int length : programs_of(node).conditional.lengths())
       if (node.conflict(length, 1) > node.conflict(length, 0)) corner[length] = node.box.upper[length];
     for (const VectorX& lengths : {corner, node.box.middle()}) {
       if (meets_conditions(lengths, geometry_of(node)) && try_design(node, lengths)) continue;
@@ -271,8 +207,8 @@ class LengthTree {
     }
   }
 
-  static bool meets_conditions(const VectorX& lengths, const Geometry& geometry) {
-    const auto& conditions = geometry.program->conditions();
+  static bool meets_conditions(const VectorX& lengths, const LengthGeometry& geometry) {
+    const auto& conditions = geometry.conditions;
     return std::all_of(conditions.begin(), conditions.end(), [&](const LengthCondition& condition) {
       return !condition.is_equality && condition.polynomial.evaluate(lengths).real() >= 0;
     });
@@ -281,8 +217,8 @@ class LengthTree {
   /// Moves lengths within the bounds until they meet the conditions, relative to the free intervals as little as
   /// possible: Gauss–Newton steps.
   /// @return none if there are no conditions, or the steps do not converge
-  static std::optional<VectorX> meet_conditions(VectorX lengths, const Geometry& geometry, double margin) {
-    const auto& conditions = geometry.program->conditions();
+  static std::optional<VectorX> meet_conditions(VectorX lengths, const LengthGeometry& geometry, double margin) {
+    const auto& conditions = geometry.conditions;
     if (conditions.empty()) return {};
     const VectorX width = geometry.box.upper - geometry.box.lower;
     for (int step = 0; step < max_projection_steps; ++step) {
@@ -316,19 +252,19 @@ class LengthTree {
     return lengths;
   }
 
-  static double condition_scale(const LengthCondition& condition, const Geometry& geometry) {
+  static double condition_scale(const LengthCondition& condition, const LengthGeometry& geometry) {
     const auto [low, high] = enclose_range(condition.polynomial, geometry.box);
     return std::max(std::abs(low), std::abs(high));
   }
 
   /// @return whether it is accepted, or no improvement
   bool try_design(const Node& node, const VectorX& lengths) {
-    const Geometry& geometry = geometry_of(node);
+    const LengthGeometry& geometry = geometry_of(node);
     std::vector<bool> upper_limits = node.upper_limits;
-    const BoxBound point = geometry.unconditional->bound({lengths, lengths}, {}, upper_limits);
-    if (point.corner_masses.empty() || point.bound > geometry.most) return false;
+    const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, upper_limits);
+    if (point.corner_masses.empty() || point.bound > geometry.max_value) return false;
     VectorX x = space_.start_values();
-    for (const int length : geometry.program->lengths()) x[length] = lengths[length];
+    for (const int length : programs_of(node).conditional.lengths()) x[length] = lengths[length];
     for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
     double value = geometry.linkage.fixed_size.evaluate(lengths).real();
     for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i) {
@@ -375,10 +311,10 @@ class LengthTree {
   }
 
   void divide(Node node) {
-    const Geometry& geometry = geometry_of(node);
+    const LengthGeometry& geometry = geometry_of(node);
     int widest = -1, most_conflicting = -1;
     double width = 0, conflict = 0;
-    for (const int length : geometry.program->lengths()) {
+    for (const int length : programs_of(node).conditional.lengths()) {
       const double whole = geometry.box.upper[length] - geometry.box.lower[length];
       const double relative = whole > 0 ? (node.box.upper[length] - node.box.lower[length]) / whole : 0;
       if (relative < min_relative_width) continue;
@@ -410,7 +346,8 @@ class LengthTree {
   const DesignSpace& space_;
   const LengthDesignJudge& judge_;
   const LengthBoundOptions& options_;
-  std::deque<Geometry> geometries_;  ///< never moved: the programs refer to them
+  std::vector<LengthGeometry> geometries_;
+  std::deque<GeometryPrograms> programs_;  ///< refer to the geometries, which are not moved any more
   std::priority_queue<Node, std::vector<Node>, HasHigherBound> open_;
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
   LengthBound result_;

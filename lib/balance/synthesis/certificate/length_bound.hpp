@@ -50,10 +50,11 @@ struct LengthBound {
   double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
-  std::vector<std::string> geometries;          ///< to which the bound applies: the first is "general lengths"
-  std::vector<std::string> uncovered;           ///< geometries within the bounds to which it does not apply
-  long nodes = 0;                               ///< boxes bounded
-  std::vector<LengthCertificate> certificates;  ///< of the boxes that together cover all lengths, if asked for
+  std::vector<std::string> geometries;  ///< to which the bound applies: the first is "general lengths"
+  std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
+  long nodes = 0;                       ///< boxes bounded
+  std::vector<LengthCertificate>
+      certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.

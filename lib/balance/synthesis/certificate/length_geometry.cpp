@@ -1,0 +1,99 @@
+#include "balance/synthesis/certificate/length_geometry.hpp"
+
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/certificate/special_geometry.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace balance::certificate {
+namespace {
+
+/// Relative: sums of mass limits are exceeded by more only if nothing balances.
+constexpr double mass_sum_tolerance = 1e-12;
+
+class GeometryLister {
+ public:
+  GeometryLister(const DesignSpace& space, const std::vector<int>& required_trajectories)
+      : space_(space), required_trajectories_(required_trajectories) {}
+
+  LengthGeometries list() {
+    LengthBox box;
+    if (result_.reason = read_bounds(box); !result_.reason.empty()) return std::move(result_);
+    LinkageReading reading = read_linkage(space_);
+    if (result_.reason = reading.reason; !reading.linkage) return std::move(result_);
+    SpecialGeometries special = find_special_geometries(*reading.linkage, box);
+    result_.uncovered = std::move(special.uncovered);
+    result_.reason = add("general lengths", {}, std::move(*reading.linkage), nullptr, box);
+    if (!result_.reason.empty()) return std::move(result_);
+    for (const SpecialGeometry& geometry : special.geometries) {
+      LinkageReading own = read_linkage(space_, geometry.substitution);
+      if (!own.linkage ||
+          !add(geometry.name, geometry.substitution, std::move(*own.linkage), &geometry, geometry.box).empty())
+        result_.uncovered.push_back(geometry.name);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  std::string read_bounds(LengthBox& box) const {
+    const auto count = static_cast<Eigen::Index>(space_.start.free_numbers.size());
+    box.lower.resize(count);
+    box.upper.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      box.lower[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].lower;
+      box.upper[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].upper;
+    }
+    return box.lower.allFinite() && box.upper.allFinite() ? "" : "a free number has no bounds";
+  }
+
+  /// @param special null for general lengths
+  /// @return why it cannot be bounded; empty if it was added
+  std::string add(const std::string& name, const LengthSubstitution& substitution, PlanarLinkage linkage,
+                  const SpecialGeometry* special, const LengthBox& box) {
+    if (linkage.counterweights.empty()) return "no counterweight is free";
+    LengthGeometry geometry;
+    geometry.name = name;
+    geometry.substitution = substitution;
+    geometry.box = box;
+    geometry.conditions = list_assembly_conditions(space_, linkage, required_trajectories_, box);
+    if (special != nullptr) {
+      geometry.conditions.insert(geometry.conditions.begin(), special->equalities.begin(), special->equalities.end());
+      linkage.closures = special->closures;
+      for (LoopClosure& closure : linkage.closures) substitute(substitution, closure);
+    }
+    VirtualLinkageResult dual = make_virtual_linkage(linkage, box.middle());
+    if (!dual.linkage) return dual.reason;
+    geometry.linkage = std::move(linkage);
+    geometry.dual = std::move(*dual.linkage);
+    const auto is_positive = [&](const LengthPolynomial& scale) { return enclose_range(scale, box).first > 0; };
+    if (!std::all_of(geometry.dual.positive.begin(), geometry.dual.positive.end(), is_positive))
+      return "a length may vanish";
+    std::tie(geometry.min_value, geometry.max_value) = enclose_range(geometry.linkage.fixed_size, box);
+    for (const FreeCounterweight& counterweight : geometry.linkage.counterweights) {
+      geometry.min_value += counterweight.lower * (1 - mass_sum_tolerance);
+      geometry.max_value += counterweight.upper * (1 + mass_sum_tolerance);
+    }
+    result_.geometries.push_back(std::move(geometry));
+    return {};
+  }
+
+  static void substitute(const LengthSubstitution& substitution, LoopClosure& closure) {
+    for (const auto& [number, value] : substitution) {
+      for (auto& [body, coefficient] : closure.links) coefficient = coefficient.substitute(number, value);
+      closure.ground = closure.ground.substitute(number, value);
+    }
+  }
+
+  const DesignSpace& space_;
+  const std::vector<int>& required_trajectories_;
+  LengthGeometries result_;
+};
+
+}  // namespace
+
+LengthGeometries list_length_geometries(const DesignSpace& space, const std::vector<int>& required_trajectories) {
+  return GeometryLister(space, required_trajectories).list();
+}
+
+}  // namespace balance::certificate

@@ -1,0 +1,28 @@
+#pragma once
+/// The geometries over which lengths are bounded: general lengths, and each special geometry with its own closures.
+
+#include "balance/synthesis/certificate/assembly_conditions.hpp"
+#include "balance/synthesis/certificate/virtual_linkage.hpp"
+
+namespace balance::certificate {
+
+struct LengthGeometry {
+  std::string name;
+  LengthSubstitution substitution;  ///< lengths that follow from the others
+  PlanarLinkage linkage;
+  VirtualLinkage dual;
+  std::vector<LengthCondition> conditions;  ///< that all its lengths meet
+  LengthBox box;
+  double min_value = 0, max_value = 0;  ///< of the objective within the mass limits [kg]
+};
+
+struct LengthGeometries {
+  std::vector<LengthGeometry> geometries;  ///< the first has general lengths
+  std::vector<std::string> uncovered;      ///< special geometries within the bounds that are none of them
+  std::string reason;                      ///< why there are none; completes "no certificate because …"
+};
+
+/// @param required_trajectories as in LengthBoundOptions
+LengthGeometries list_length_geometries(const DesignSpace& space, const std::vector<int>& required_trajectories);
+
+}  // namespace balance::certificate

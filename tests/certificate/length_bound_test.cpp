@@ -1,0 +1,212 @@
+// The least added mass over all lengths: published optima, and laws of every bound. The bound of a box is compared with
+// the least mass by conditions that are derived at sampled lengths, which share nothing with the closures' polynomials.
+
+#include "exact_certificate.hpp"
+
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/certificate/length_bound.hpp"
+#include "balance/synthesis/certificate/linkage_check.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+using namespace balance;
+using namespace balance::certificate;
+
+namespace {
+
+DesignSpace read(const std::string& name) {
+  return read_design_space_file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
+}
+
+/// A spec with one text replaced by another.
+DesignSpace read_changed(const std::string& name, const std::string& before, const std::string& after) {
+  std::ifstream file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::size_t place = text.find(before);
+  REQUIRE(place != std::string::npos);
+  return read_design_space(text.replace(place, before.size(), after), name + ".yaml");
+}
+
+LengthBound bound(const DesignSpace& space, long max_nodes, double gap_tolerance) {
+  LengthBoundOptions options;
+  options.max_nodes = max_nodes;
+  options.gap_tolerance = gap_tolerance;
+  options.required_trajectories = list_followed_trajectories(space);
+  options.keeps_certificates = true;
+  return bound_over_lengths(space, *make_length_design_judge(space), options);
+}
+
+void check_certificates(const DesignSpace& space, const LengthBound& result) {
+  const LengthGeometries listed = list_length_geometries(space, list_followed_trajectories(space));
+  double least = result.best;
+  for (const LengthCertificate& one : result.certificates) {
+    const LengthGeometry& geometry = listed.geometries[static_cast<std::size_t>(one.geometry)];
+    CHECK_MESSAGE(find_flaw(one, geometry).empty(), space.start.spec_file, ": ", find_flaw(one, geometry));
+    if (one.bound <= geometry.max_value) least = std::min(least, one.bound);
+  }
+  if (!result.is_impossible()) CHECK(result.lower_bound <= least);
+}
+
+}  // namespace
+
+TEST_CASE("lengths: known optima are proved, with certificates that hold in rational arithmetic") {
+  // the digits of the optima; `gap` is what the number of boxes allows
+  struct Known {
+    const char* spec;
+    double value, value_tolerance, gap;
+    long max_nodes;
+  };
+  for (const Known& known :
+       {Known{"four_hi_4", 1.43994, 5e-6, 1e-9, 10}, Known{"four_box_1", 0.879082, 5e-7, 1e-9, 10},
+        Known{"four_fix21", 1.62062, 5e-6, 1e-9, 10}, Known{"watt_box_1", 3.08961, 5e-5, 1e-4, 40},
+        Known{"five_box_1", 7.34350, 5e-5, 1e-5, 200}, Known{"steph_box_1", 2.7836, 2e-3, 1e-3, 120}}) {
+    const DesignSpace space = read(known.spec);
+    const LengthBound result = bound(space, known.max_nodes, known.gap);
+    INFO(known.spec);
+    CHECK(result.reason == "");
+    CHECK(result.gap() <= known.gap);
+    CHECK(result.lower_bound <= result.best);
+    CHECK(std::abs(result.best - known.value) <= known.value_tolerance);
+    CHECK(make_length_design_judge(space)->accepts(result.design));
+    check_certificates(space, result);
+  }
+}
+
+TEST_CASE("lengths: limits too small for any lengths are proved so") {
+  for (const char* spec : {"five_hi_3", "watt_hi_3"}) {
+    const DesignSpace space = read(spec);
+    const LengthBound result = bound(space, 50, 1e-9);
+    INFO(spec);
+    CHECK(result.is_impossible());
+    CHECK(result.design.size() == 0);
+    check_certificates(space, result);
+  }
+}
+
+TEST_CASE("lengths: the parallelogram is a geometry of its own, lighter than all others or the only one") {
+  const LengthBound result = bound(read("four_fix21"), 10, 1e-9);
+  CHECK(result.geometries.size() == 2);
+  CHECK(result.uncovered.empty());
+  REQUIRE(result.design.size() > 2);
+  CHECK(result.design[0] == doctest::Approx(0.115));  // the shortest that crank and rocker can both have
+  CHECK(result.design[1] == doctest::Approx(0.4));    // the ground
+  CHECK(result.design[0] == result.design[2]);
+  // crank and rocker of four_box_1 have no length in common
+  CHECK(bound(read("four_box_1"), 10, 1e-9).geometries.size() == 1);
+}
+
+TEST_CASE("lengths: no box has a bound above the least mass at any of its lengths") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  // both solvers' tolerance, 1e-10, with a margin
+  constexpr double relative_tolerance = 1e-8;
+  int compared = 0, sharp = 0;
+  for (const char* spec : {"four_hi_4", "four_box_1", "five_box_1", "watt_box_1", "steph_box_1"}) {
+    const DesignSpace space = read(spec);
+    const LengthGeometries listed = list_length_geometries(space, {});
+    const LengthGeometry& geometry = listed.geometries[0];
+    const BoxProgram program(geometry.linkage, geometry.dual, {});
+    for (int trial = 0; trial < 12; ++trial) {
+      LengthBox box = geometry.box;
+      const double width = std::array{1.0, 0.3, 0.03, 0.001}[static_cast<std::size_t>(trial % 4)];
+      std::vector<int> affine;
+      for (const int length : program.lengths()) {
+        const double whole = box.upper[length] - box.lower[length];
+        box.lower[length] += unit(random) * (1 - width) * whole;
+        box.upper[length] = box.lower[length] + width * whole;
+        if (affine.size() < static_cast<std::size_t>(trial % 3) && unit(random) < 0.6) affine.push_back(length);
+      }
+      std::vector<bool> limits(geometry.linkage.counterweights.size(), trial % 2 == 0);
+      const BoxBound result = program.bound(box, affine, limits);
+      CHECK(find_flaw({0, box, result.bound, result.certificate}, geometry) == "");
+      for (int sample = 0; sample < 4; ++sample) {
+        VectorX x = space.start_values();
+        for (const int length : program.lengths()) {
+          const double part = sample == 0 ? std::round(unit(random)) : unit(random);
+          x[length] = box.lower[length] + part * (box.upper[length] - box.lower[length]);
+        }
+        const std::optional<double> value = least_mass(space, geometry.linkage, x);
+        if (!value) continue;
+        ++compared;
+        CHECK_MESSAGE(result.bound <= *value * (1 + relative_tolerance), spec, " ", trial);
+        sharp += result.bound >= *value * (1 - 1e-3) ? 1 : 0;
+      }
+    }
+  }
+  CHECK(compared >= 80);
+  CHECK(sharp >= 5);  // the law is tested where it is tight
+}
+
+TEST_CASE("lengths: conditions of assembly remove no lengths that the mechanism can be assembled with") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int assembled = 0, removed = 0;
+  for (const char* spec : {"five_box_1", "four_hi_4"}) {
+    const DesignSpace space = read(spec);
+    const LengthGeometry geometry = list_length_geometries(space, list_followed_trajectories(space)).geometries[0];
+    CHECK(!geometry.conditions.empty());
+    for (int trial = 0; trial < 60; ++trial) {
+      VectorX x = space.start_values();
+      LengthBox box = geometry.box;
+      for (int i = 0; i < 4 && i < x.size(); ++i) {
+        if (space.start.free_numbers[static_cast<std::size_t>(i)].key_path.rfind("parameters.", 0) != 0) continue;
+        x[i] = box.lower[i] + unit(random) * (box.upper[i] - box.lower[i]);
+        box.lower[i] = std::max(box.lower[i], x[i] - 0.05);
+        box.upper[i] = std::min(box.upper[i], x[i] + 0.05);
+      }
+      const LengthBox before = box;
+      const bool is_left = contract(geometry.conditions, box);
+      removed += !is_left || box.lower != before.lower || box.upper != before.upper ? 1 : 0;
+      const DesignInstance instance = space.instantiate(x);
+      bool can_move = instance.mode_issue.empty();
+      for (const int index : list_followed_trajectories(space))
+        can_move =
+            can_move && make_length_design_judge(space) != nullptr &&
+            simulate(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]).outcome.status ==
+                MotionStatus::done;
+      if (!can_move) continue;
+      ++assembled;
+      CHECK(is_left);
+      CHECK((x.array() >= box.lower.array()).all());
+      CHECK((x.array() <= box.upper.array()).all());
+    }
+  }
+  CHECK(assembled >= 10);
+  CHECK(removed >= 10);
+}
+
+TEST_CASE("lengths: more boxes never lower the bound nor raise the best design") {
+  const DesignSpace space = read("five_box_1");
+  double bound_before = 0, best_before = std::numeric_limits<double>::infinity();
+  for (const long nodes : {1, 5, 20, 60}) {
+    const LengthBound result = bound(space, nodes, 1e-9);
+    CHECK(result.lower_bound >= bound_before);
+    CHECK(result.best <= best_before);
+    bound_before = result.lower_bound;
+    best_before = result.best;
+  }
+}
+
+TEST_CASE("lengths: what is no polynomial, or no linkage of revolute joints, has no certificate and says why") {
+  const auto reason = [](const std::string& before, const std::string& after) {
+    return bound(read_changed("four_box_1", before, after), 5, 1e-9).reason;
+  };
+  CHECK(reason("0.5925 * b + 0.0046", "0.5925 * sin(b)") ==
+        "coupler's centre of mass is not a polynomial of the free numbers");
+  CHECK(reason("0.1469 + 0.8907 * b", "0.2 / (1 + b)") == "coupler's mass is not a polynomial of the free numbers");
+  CHECK(reason("minimize: added-mass", "minimize: rms(torque)") ==
+        "the objective is neither the added mass nor the total mass");
+  CHECK(reason("goal: force", "goal: moment") == "the goals require neither balanced forces nor balanced statics");
+  CHECK(reason("[0, -9.81]", "[0, 0]") == "");  // shaking forces do not ask for gravity
+  CHECK(bound(read_changed("five_box_1", "[0, -9.81]", "[0, 0]"), 5, 1e-9).reason == "there is no gravity");
+  CHECK(reason("0.1469 + 0.8907 * b", "0.1469 + 0.8907 * b^2") == "");
+}
