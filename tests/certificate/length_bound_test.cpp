@@ -71,7 +71,7 @@ TEST_CASE("lengths: known optima are proved, with certificates that hold in rati
         Known{"five_box_1", 7.34350, 5e-5, 1e-5, 200}, Known{"steph_box_1", 2.7836, 2e-3, 1e-3, 120}}) {
     const DesignSpace space = read(known.spec);
     const LengthBound result = bound(space, known.max_nodes, known.gap);
-    INFO(known.spec);
+    INFO(std::string(known.spec));
     CHECK(result.reason == "");
     CHECK(result.gap() <= known.gap);
     CHECK(result.lower_bound <= result.best);
@@ -85,7 +85,7 @@ TEST_CASE("lengths: limits too small for any lengths are proved so") {
   for (const char* spec : {"five_hi_3", "watt_hi_3"}) {
     const DesignSpace space = read(spec);
     const LengthBound result = bound(space, 50, 1e-9);
-    INFO(spec);
+    INFO(std::string(spec));
     CHECK(result.is_impossible());
     CHECK(result.design.size() == 0);
     check_certificates(space, result);
@@ -115,7 +115,7 @@ TEST_CASE("lengths: no box has a bound above the least mass at any of its length
     const LengthGeometries listed = list_length_geometries(space, {});
     const LengthGeometry& geometry = listed.geometries[0];
     const BoxProgram program(geometry.linkage, geometry.dual, {});
-    for (int trial = 0; trial < 12; ++trial) {
+    for (int trial = 0; trial < 8; ++trial) {
       LengthBox box = geometry.box;
       const double width = std::array{1.0, 0.3, 0.03, 0.001}[static_cast<std::size_t>(trial % 4)];
       std::vector<int> affine;
@@ -142,7 +142,7 @@ TEST_CASE("lengths: no box has a bound above the least mass at any of its length
       }
     }
   }
-  CHECK(compared >= 80);
+  CHECK(compared >= 60);
   CHECK(sharp >= 5);  // the law is tested where it is tight
 }
 
@@ -150,8 +150,9 @@ TEST_CASE("lengths: conditions of assembly remove no lengths that the mechanism 
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0, 1);
   int assembled = 0, removed = 0;
-  for (const char* spec : {"five_box_1", "four_hi_4"}) {
-    const DesignSpace space = read(spec);
+  // the tool goes farther than some lengths reach
+  for (const char* target : {"[0.32, 0.42]", "[0.4, 0.6]"}) {
+    const DesignSpace space = read_changed("five_box_1", "[0.32, 0.42]", target);
     const LengthGeometry geometry = list_length_geometries(space, list_followed_trajectories(space)).geometries[0];
     CHECK(!geometry.conditions.empty());
     for (int trial = 0; trial < 60; ++trial) {
@@ -160,8 +161,9 @@ TEST_CASE("lengths: conditions of assembly remove no lengths that the mechanism 
       for (int i = 0; i < 4 && i < x.size(); ++i) {
         if (space.start.free_numbers[static_cast<std::size_t>(i)].key_path.rfind("parameters.", 0) != 0) continue;
         x[i] = box.lower[i] + unit(random) * (box.upper[i] - box.lower[i]);
-        box.lower[i] = std::max(box.lower[i], x[i] - 0.05);
-        box.upper[i] = std::min(box.upper[i], x[i] + 0.05);
+        const double half_width = trial % 2 == 0 ? 0.02 : 0.001;
+        box.lower[i] = std::max(box.lower[i], x[i] - half_width);
+        box.upper[i] = std::min(box.upper[i], x[i] + half_width);
       }
       const LengthBox before = box;
       const bool is_left = contract(geometry.conditions, box);

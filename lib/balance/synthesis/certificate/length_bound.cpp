@@ -30,6 +30,9 @@ constexpr double improvement_tolerance = 1e-10;
 /// Relative to the terms of a condition on the lengths: by how much designs that are moved to its boundary meet it.
 constexpr std::array condition_margins{1e-8, 1e-6, 1e-4};
 constexpr int max_projection_steps = 20;
+/// Compass search from designs found: steps relative to the free intervals, and its effort.
+constexpr double first_compass_step = 0.25, min_compass_step = 1e-5;
+constexpr int max_compass_evaluations = 400, max_compass_searches = 6;
 /// Of conditions that are met, scaled.
 constexpr double balance_tolerance = 1e-8;
 /// Relative: free numbers may leave their bounds by round-off.
@@ -198,6 +201,7 @@ class LengthTree {
     VectorX corner = node.box.lower;
     for (const int length : programs_of(node).conditional.lengths())
       if (node.conflict(length, 1) > node.conflict(length, 0)) corner[length] = node.box.upper[length];
+    const double before = result_.best;
     for (const VectorX& lengths : {corner, node.box.middle()}) {
       if (meets_conditions(lengths, geometry_of(node)) && try_design(node, lengths)) continue;
       for (const double margin : condition_margins) {
@@ -205,6 +209,44 @@ class LengthTree {
         if (moved && try_design(node, *moved)) break;
       }
     }
+    if (result_.best < before && node.bound < result_.best * (1 - options_.gap_tolerance)) search_nearby(node);
+  }
+
+  /// The least mass at these lengths, assembled or not; infinite if nothing balances.
+  double point_value(const Node& node, const VectorX& lengths) const {
+    std::vector<bool> upper_limits = node.upper_limits;
+    const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, upper_limits);
+    return point.corner_masses.empty() || point.bound > geometry_of(node).max_value ? infinity : point.bound;
+  }
+
+  /// Descends from the best design along one length at a time: an optimum between the corners is found long before
+  /// boxes are small.
+  void search_nearby(const Node& node) {
+    if (searches_ >= max_compass_searches || best_lengths_.size() == 0) return;
+    ++searches_;
+    const LengthGeometry& geometry = geometry_of(node);
+    VectorX lengths = best_lengths_;
+    double value = result_.best;
+    int evaluations = 0;
+    for (double step = first_compass_step; step > min_compass_step && evaluations < max_compass_evaluations;) {
+      bool has_improved = false;
+      for (const int length : programs_of(node).conditional.lengths())
+        for (const double sign : {-1.0, 1.0}) {
+          VectorX moved = lengths;
+          const double width = geometry.box.upper[length] - geometry.box.lower[length];
+          moved[length] =
+              std::clamp(moved[length] + sign * step * width, geometry.box.lower[length], geometry.box.upper[length]);
+          if (moved[length] == lengths[length] || !meets_conditions(moved, geometry)) continue;
+          ++evaluations;
+          const double other = point_value(node, moved);
+          if (!(other < value * (1 - improvement_tolerance))) continue;
+          lengths = std::move(moved);
+          value = other;
+          has_improved = true;
+        }
+      if (!has_improved) step /= 2;
+    }
+    try_design(node, lengths);
   }
 
   static bool meets_conditions(const VectorX& lengths, const LengthGeometry& geometry) {
@@ -275,6 +317,7 @@ class LengthTree {
     if (!clamp_to_bounds(x) || !judge_.accepts(x)) return false;
     result_.best = value;
     result_.design = std::move(x);
+    best_lengths_ = lengths;
     return true;
   }
 
@@ -350,6 +393,8 @@ class LengthTree {
   std::deque<GeometryPrograms> programs_;  ///< refer to the geometries, which are not moved any more
   std::priority_queue<Node, std::vector<Node>, HasHigherBound> open_;
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
+  VectorX best_lengths_;            ///< of the best design, in its geometry
+  int searches_ = 0;
   LengthBound result_;
 };
 
