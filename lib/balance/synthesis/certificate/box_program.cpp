@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::certificate {
 namespace {
@@ -199,7 +200,8 @@ struct BoxProgram::Assembly {
 
   VectorX round_off(const Block& block, const VectorX& x) const {
     const double sum = block.magnitudes.dot(x.cwiseAbs()) + block.constant_magnitude;
-    return (bernstein_round_off * sum) * block.scales.cwiseInverse();
+    const double relative = bernstein_round_off + static_cast<double>(size) * std::numeric_limits<double>::epsilon();
+    return (relative * sum) * block.scales.cwiseInverse();
   }
 
   /// Makes x a certificate, and its last entry the bound that it proves.
