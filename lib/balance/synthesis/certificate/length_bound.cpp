@@ -123,6 +123,10 @@ class LengthTree {
     result_.reason = std::move(listed.reason);
     if (!result_.reason.empty()) return false;
     geometries_ = std::move(listed.geometries);
+    if (BoxProgram(geometries_[0].linkage, geometries_[0].dual, {}).lengths().empty()) {
+      result_.reason = "no length is free";
+      return false;
+    }
     result_.uncovered = std::move(listed.uncovered);
     for (const LengthGeometry& geometry : geometries_) {
       programs_.emplace_back(geometry);

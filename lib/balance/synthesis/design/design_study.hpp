@@ -4,6 +4,7 @@
 #include "balance/mechanics/results/result.hpp"
 #include "balance/motion/study/design_space.hpp"
 #include "balance/motion/study/study.hpp"
+#include "balance/synthesis/certificate/length_bound.hpp"
 #include "balance/synthesis/conditions/unbalanceable_terms.hpp"
 #include "balance/synthesis/design/adaptive_law.hpp"
 #include "balance/synthesis/design/motion_cache.hpp"
@@ -89,6 +90,7 @@ struct DesignReport {
   std::vector<LoadCaseReport> load_cases;                      ///< of design.cases; empty: a single load
   std::optional<AdaptiveReport> adaptive;                      ///< if there are adapted numbers
   std::vector<RobustTerm> robust;  ///< minimised terms with means and deviations, at the design; none with load cases
+  std::optional<LengthBound> length_bound;  ///< over all lengths; none: it does not apply
   std::vector<std::string> notes;
 };
 

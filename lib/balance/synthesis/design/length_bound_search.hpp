@@ -1,0 +1,17 @@
+#pragma once
+/// Designs with free lengths, together with the bound over all lengths.
+
+#include "balance/synthesis/certificate/length_bound.hpp"
+#include "balance/synthesis/design/design_study.hpp"
+
+#include <optional>
+
+namespace balance::design {
+
+/// Solves a problem of a spec. If all its lengths can be bounded, the search starts at the best lengths of the bound's
+/// tree, its result has the bound, and limits that no lengths can meet are proved so.
+/// @param bound the bound, if there is one
+DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
+                                      const DesignProblem& problem, std::optional<LengthBound>& bound);
+
+}  // namespace balance::design
