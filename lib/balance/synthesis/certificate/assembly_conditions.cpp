@@ -92,7 +92,8 @@ class ConditionLister {
         if (!joint.axis[2].is_constant() || !turn(0, 0).is_constant() || !turn(1, 0).is_constant()) continue;
         const double angle = joint.axis[2].value() < 0 ? -value : value;
         const LengthPolynomial::Coefficient relative =
-            LengthPolynomial::Coefficient(elementary::cos(angle), elementary::sin(angle)) * LengthPolynomial::Coefficient(turn(0, 0).value(), turn(1, 0).value());
+            LengthPolynomial::Coefficient(elementary::cos(angle), elementary::sin(angle)) *
+            LengthPolynomial::Coefficient(turn(0, 0).value(), turn(1, 0).value());
         const bool knows_first = directions_.count(joint.first) > 0, knows_second = directions_.count(joint.second) > 0;
         if (knows_first == knows_second) continue;
         if (knows_first)
