@@ -27,13 +27,20 @@ DesignSpace read(const std::string& name) {
   return read_design_space_file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
 }
 
-/// A spec with one text replaced by another.
-DesignSpace read_changed(const std::string& name, const std::string& before, const std::string& after) {
+std::string read_text(const std::string& name) {
   std::ifstream file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
-  std::string text((std::istreambuf_iterator<char>(file)), {});
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string replace_text(std::string text, const std::string& before, const std::string& after) {
   const std::size_t place = text.find(before);
   REQUIRE(place != std::string::npos);
-  return read_design_space(text.replace(place, before.size(), after), name + ".yaml");
+  return text.replace(place, before.size(), after);
+}
+
+/// A spec with one text replaced by another.
+DesignSpace read_changed(const std::string& name, const std::string& before, const std::string& after) {
+  return read_design_space(replace_text(read_text(name), before, after), name + ".yaml");
 }
 
 LengthBound bound(const DesignSpace& space, long max_nodes, double gap_tolerance) {
@@ -102,6 +109,32 @@ TEST_CASE("lengths: the parallelogram is a geometry of its own, lighter than all
   CHECK(result.design[0] == result.design[2]);
   // crank and rocker of four_box_1 have no length in common
   CHECK(bound(read("four_box_1"), 10, 1e-9).geometries.size() == 1);
+}
+
+TEST_CASE("lengths: a linkage that is a parallelogram for all lengths is bounded as one") {
+  std::string text = read_text("four_fix21");
+  // the rocker is as long as the crank, the coupler as the ground
+  for (const auto& [before, after] :
+       {std::pair<std::string, std::string>{"points: {O: [0, 0], E: [c, 0]}", "points: {O: [0, 0], E: [a, 0]}"},
+        {"points: {O: [0, 0], E: [b, 0]}", "points: {O: [0, 0], E: [d, 0]}"},
+        {"a: {free: [0.03732, 0.1493]", "a: {free: [0.115, 0.1493]"},
+        {"start: 0.0933", "start: 0.13"}})
+    text = replace_text(text, before, after);
+  const LengthBound result = bound(read_design_space(text, "parallelogram.yaml"), 30, 1e-9);
+  CHECK(result.reason == "");
+  CHECK(result.geometries == std::vector<std::string>{"ground–crank–coupler–rocker as a parallelogram"});
+  CHECK(std::isfinite(result.best));
+  CHECK(result.gap() <= 1e-6);
+}
+
+TEST_CASE("lengths: total mass is the added mass and the links' own") {
+  const DesignSpace space = read_changed("four_box_1", "minimize: added-mass", "minimize: total-mass");
+  const LengthBound total = bound(space, 10, 1e-9), added = bound(read("four_box_1"), 10, 1e-9);
+  CHECK(total.gap() <= 1e-9);
+  check_certificates(space, total);
+  // both are least where all links are shortest
+  const double links = 0.2275 + 2.3854 * 0.05561 + 0.1469 + 0.8907 * 0.231 + 0.1011 + 2.2252 * 0.1769;
+  CHECK(total.best == doctest::Approx(added.best + links).epsilon(1e-9));
 }
 
 TEST_CASE("lengths: no box has a bound above the least mass at any of its lengths") {

@@ -39,7 +39,7 @@ struct LengthBoundOptions {
 
 /// The proof for one box of lengths.
 struct LengthCertificate {
-  int geometry = 0;  ///< 0: general lengths; else index into LengthBound::geometries
+  int geometry = 0;  ///< into LengthBound::geometries
   certificate::LengthBox box;
   double bound = 0;  ///< no design with these lengths is lighter [kg]
   certificate::BoxCertificate multipliers;
@@ -50,9 +50,9 @@ struct LengthBound {
   double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
-  std::vector<std::string> geometries;  ///< to which the bound applies: the first is "general lengths"
-  std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
-  long nodes = 0;                       ///< boxes bounded
+  std::vector<std::string> geometries;                    ///< to which the bound applies: "general lengths", …
+  std::vector<std::string> uncovered;                     ///< geometries within the bounds to which it does not apply
+  long nodes = 0;                                         ///< boxes bounded
   std::vector<LengthCertificate>
       certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
 

@@ -1,6 +1,7 @@
 #include "balance/synthesis/certificate/length_geometry.hpp"
 
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/certificate/linkage_check.hpp"
 #include "balance/synthesis/certificate/special_geometry.hpp"
 
 #include <algorithm>
@@ -32,6 +33,7 @@ class GeometryLister {
           !add(geometry.name, geometry.substitution, std::move(*own.linkage), &geometry, geometry.box).empty())
         result_.uncovered.push_back(geometry.name);
     }
+    check_geometries();
     return std::move(result_);
   }
 
@@ -76,6 +78,26 @@ class GeometryLister {
     }
     result_.geometries.push_back(std::move(geometry));
     return {};
+  }
+
+  /// General lengths must have the conditions that the library derives. Where an expression of the spec makes all
+  /// lengths special, a special geometry must have them instead.
+  void check_geometries() {
+    for (std::size_t g = 0; g < result_.geometries.size(); ++g) {
+      const LengthGeometry& geometry = result_.geometries[g];
+      const bool has_equalities = std::any_of(geometry.conditions.begin(), geometry.conditions.end(),
+                                              [](const LengthCondition& condition) { return condition.is_equality; });
+      if (!geometry.substitution.empty() || has_equalities) continue;
+      const BoxProgram program(geometry.linkage, geometry.dual, {});
+      const std::string reason = program.lengths().empty()
+                                     ? "no length is free"
+                                     : find_disagreement(space_, geometry.linkage, program, geometry.box);
+      if (g == 0) result_.reason = reason;
+      if (!reason.empty()) continue;
+      result_.reason.clear();
+      if (g > 0) result_.geometries.erase(result_.geometries.begin());
+      return;
+    }
   }
 
   static void substitute(const LengthSubstitution& substitution, LoopClosure& closure) {

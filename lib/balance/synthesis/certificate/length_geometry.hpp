@@ -17,11 +17,13 @@ struct LengthGeometry {
 };
 
 struct LengthGeometries {
-  std::vector<LengthGeometry> geometries;  ///< the first has general lengths
-  std::vector<std::string> uncovered;      ///< special geometries within the bounds that are none of them
-  std::string reason;                      ///< why there are none; completes "no certificate because …"
+  /// The first has general lengths, unless all lengths are special.
+  std::vector<LengthGeometry> geometries;
+  std::vector<std::string> uncovered;  ///< special geometries within the bounds that are none of them
+  std::string reason;                  ///< why there are none; completes "no certificate because …"
 };
 
+/// Their conditions are compared with those of the library at random lengths.
 /// @param required_trajectories as in LengthBoundOptions
 LengthGeometries list_length_geometries(const DesignSpace& space, const std::vector<int>& required_trajectories);
 
