@@ -289,6 +289,22 @@ BodySum operator*(const BodySum& sum, const LengthPolynomial& factor) {
   return product;
 }
 
+bool has_free_lengths(const PlanarLinkage& linkage) {
+  const auto varies = [](const LengthPolynomial& p) { return !p.constant_value(); };
+  for (const LoopClosure& closure : linkage.closures)
+    for (const auto& [body, coefficient] : closure.links)
+      if (varies(coefficient)) return true;
+  for (const CarriedMass& carried : linkage.masses)
+    if (varies(carried.place) || varies(carried.mass)) return true;
+  for (const BodySum& position : linkage.tree_joints)
+    for (const auto& [body, coefficient] : position)
+      if (varies(coefficient)) return true;
+  return std::any_of(linkage.counterweights.begin(), linkage.counterweights.end(),
+                     [&](const FreeCounterweight& counterweight) {
+                       return std::any_of(counterweight.corners.begin(), counterweight.corners.end(), varies);
+                     });
+}
+
 LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution) {
   try {
     if (!space.recording) return {{}, "the mechanism has no free numbers"};

@@ -62,6 +62,9 @@ struct PlanarLinkage {
   LengthPolynomial fixed_size;  ///< what the objective counts besides the free counterweights [kg]
 };
 
+/// Whether closures, masses or places depend on any free number.
+bool has_free_lengths(const PlanarLinkage& linkage);
+
 struct LinkageReading {
   std::optional<PlanarLinkage> linkage;
   std::string reason;  ///< why there is none: completes "no certificate because …"

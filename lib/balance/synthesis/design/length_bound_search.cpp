@@ -35,6 +35,8 @@ std::optional<DesignSpace> requested_space(const DesignSpace& space, const Desig
 std::optional<LengthBound> find_bound(const DesignSpace& space, const DesignStudyOptions& options) {
   const std::optional<DesignSpace> requested = requested_space(space, options);
   if (!requested) return std::nullopt;
+  const certificate::LinkageReading reading = certificate::read_linkage(*requested);
+  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   const double start_time = thread_cpu_time();
   const double seconds = std::min(max_bound_seconds, max_time_fraction * options.search.max_time);
   LengthBoundOptions bound_options;
