@@ -353,7 +353,7 @@ class LengthTree {
 
   void divide(Node node) {
     const LengthGeometry& geometry = geometry_of(node);
-    int widest = -1, most_conflicting = -1;
+    int widest = -1, branching_length = -1;
     double width = 0, conflict = 0;
     for (const int length : programs_of(node).conditional.lengths()) {
       const double whole = geometry.box.upper[length] - geometry.box.lower[length];
@@ -361,10 +361,10 @@ class LengthTree {
       if (relative < min_relative_width) continue;
       if (relative > width) width = relative, widest = length;
       const double both = std::min(node.conflict(length, 0), node.conflict(length, 1));
-      if (both > conflict) conflict = both, most_conflicting = length;
+      if (both > conflict) conflict = both, branching_length = length;
     }
     const bool has_conflict = conflict > 1e-2 * conflict_tolerance * std::max(1.0, std::abs(node.bound));
-    const int length = has_conflict ? most_conflicting : widest;
+    const int length = has_conflict ? branching_length : widest;
     if (length < 0) {
       close(node);
       return;
