@@ -293,6 +293,12 @@ bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggreg
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }
 
+bool CaseFigures::are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
+  return !(across == CaseAggregation::worst && terms.size() > 1) &&
+         std::all_of(space_.cases.begin(), space_.cases.end(),
+                     [&](const DesignSpace& one) { return are_statistics_of_affine_quantities(one, terms); });
+}
+
 Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
                            const VectorX& x) const {
   std::vector<std::vector<AffineFigure>> case_figures;

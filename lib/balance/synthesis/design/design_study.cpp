@@ -45,6 +45,7 @@ class SpecDesignModel final : public DesignModel {
     convex_limits_ = select_convex_limits(space_, limits);
     if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose);
     capabilities_ = {.has_convex_terms = !terms_.empty() && are_convex_in_parameters(space_, terms_),
+                     .has_affine_terms = !terms_.empty() && are_statistics_of_affine_quantities(space_, terms_),
                      .has_convex_limits = !convex_limits_.empty(),
                      .are_all_limits_convex = convex_limits_.size() == limits.size(),
                      .can_fix_geometry = true};

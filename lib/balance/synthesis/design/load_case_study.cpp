@@ -473,6 +473,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     convex_limits_ = figures_->select_convex_limits(limits_);
     if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose);
     capabilities_ = {.has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
+                     .has_affine_terms = !terms_.empty() && figures_->are_affine(terms_, across_),
                      .has_convex_limits = !convex_limits_.empty(),
                      .are_all_limits_convex = convex_limits_.size() == limits_.size(),
                      .can_fix_geometry = true};
