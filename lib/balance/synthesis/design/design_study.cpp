@@ -110,6 +110,7 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   problem.is_modular = options.is_modular;
   problem.search = options.search;
   problem.is_single_pass = options.is_single_pass;
+  problem.settled_values = options.settled_values;
   problem.on_progress = options.on_progress;
   problem.options.excluded = options.excluded;
   problem.options.loose_springs = find_loose_springs(problem);

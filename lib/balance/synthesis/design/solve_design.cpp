@@ -365,7 +365,7 @@ class DesignCompletion {
     const bool by_figure = objective_ && !problem_.objective->is_secondary && std::isfinite(outcome.objective);
     budget_.begin_search();
     if (objective_ && outcome.within_limits && (is_balanced || by_figure)) apply(outcome, break_ties(outcome));
-    if (is_balanced && !budget_.is_spent())
+    if (is_balanced && !budget_.is_interrupted())
       outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
                                                   context_.scaling.to_unit(outcome.x));
     if (is_balanced) find_edges(outcome);

@@ -43,6 +43,8 @@ class TieBreaker {
         mass_coefficients_(size_coefficients(ObjectiveTerm::Size::added_mass, context.classification.base_mechanism,
                                              context.classification.loose_springs)) {
     find_amounts(context.classification.base_mechanism);
+    const VectorX& settled = context.problem.settled_values;
+    settled_ = settled.size() == u_.size() ? context.scaling.to_unit(settled) : context.scaling.start();
     value_ = objective_(u_, nullptr);
     value_round_off_ = objective_.round_off();  // a figure that vanishes stays zero up to the round-off of its terms
     residual_ = std::max(max_residual(u_, conditions_), residual_round_off);
@@ -134,9 +136,25 @@ class TieBreaker {
     if (!(mass <= added_mass_ + mass_tie_tolerance * std::abs(added_mass_))) return false;
     const bool is_round_off = std::abs(u_[i] - target) < round_off_distance;
     if (!is_as_good(moved, is_geometric(i), is_round_off ? round_off_tie_tolerance : figure_tie_tolerance))
-      return false;
+      return is_round_off && !is_geometric(i) && remove_round_off(moved, i);
     u_ = std::move(moved);
     added_mass_ = mass;
+    if (is_round_off) value_ = std::max(value_, objective_(u_, nullptr));  // what is compared with from now on
+    return true;
+  }
+
+  /// Lets the other numbers make up for a number that has lost the error of a search.
+  bool remove_round_off(const VectorX& moved, int i) {
+    std::vector<int> others = exchangeable_numbers();
+    std::erase_if(others, [&](int k) { return k == i || std::abs(moved[k]) == 1; });
+    const std::optional<FigureFace> face = FigureFace::make(context_, u_);
+    const VectorX restored = solve_tie_equations(face ? &*face : nullptr, others, moved, context_.limits->size() > 0);
+    const double mass = added_mass(restored);
+    const bool is_lighter = mass <= added_mass_ + round_off_tie_tolerance * std::abs(added_mass_);
+    if (!is_lighter || !is_as_good(restored, false, round_off_tie_tolerance)) return false;
+    u_ = restored;
+    added_mass_ = mass;
+    value_ = std::max(value_, objective_(u_, nullptr));
     return true;
   }
 
@@ -149,7 +167,7 @@ class TieBreaker {
       if (is_amount(i) && u_[i] != coordinate_of(i, 0)) reduce_amount(i);
     for (int i = 0; i < context_.scaling.size() && !context_.budget.is_spent(); ++i) {
       const bool has_settled = is_amount(i) && u_[i] == coordinate_of(i, 0);
-      if (has_settled || try_value(i, context_.scaling.start()[i])) continue;
+      if (has_settled || try_value(i, settled_[i])) continue;
       for (const double bound : {-1.0, 1.0})
         if (std::abs(u_[i] - bound) < bound_distance) try_value(i, bound);
     }
@@ -401,6 +419,7 @@ class TieBreaker {
   const ScaledObjective& objective_;
   const Conditions& conditions_;
   VectorX u_, mass_coefficients_;
+  VectorX settled_;  ///< where numbers without effect return to
   std::vector<bool> is_amount_;
   bool has_saving_ = false;  ///< whether the last program promised any
   double value_ = 0, value_round_off_ = 0, residual_ = 0, added_mass_ = 0;

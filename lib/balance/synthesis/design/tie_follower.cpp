@@ -90,7 +90,8 @@ bool TieFollower::is_stationary(const MatrixX& free, const MatrixX& limits) cons
   }
   const LinearProgramSolution solution = solve_linear_program(program);
   return solution.status == LinearProgramStatus::optimal &&
-         -program.cost.dot(solution.x) * scale_ <= stationarity_tolerance * std::abs(value_) + objective_.round_off();
+         -program.cost.dot(solution.x) * scale_ <=
+             stationarity_tolerance * std::abs(value_) + active_value_tolerance * scale_;
 }
 
 /// The span of the feasible directions in which no active value of a maximum, and so the figure, increases.
@@ -184,7 +185,7 @@ TieFollower::Change TieFollower::change_along(const VectorX& step) const {
 /// The change of the figure along a step and back to the maxima, conditions and limits of the design; NaN if that fails.
 double TieFollower::value_difference(const VectorX& step) const {
   constexpr double not_defined = std::numeric_limits<double>::quiet_NaN();
-  if (context_.budget.is_spent() || max_abs(VectorX(u_ + step)) > 1 + 1e-9) return not_defined;
+  if (context_.budget.is_interrupted() || max_abs(VectorX(u_ + step)) > 1 + 1e-9) return not_defined;
   try {
     const VectorX at = restore(clip_to_unit_box(u_ + step));
     const bool has_moved = (at - u_).norm() > step.norm() / 2;
