@@ -3,6 +3,7 @@
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
+#include "balance/synthesis/design/load_case_study.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/pareto_front.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
@@ -205,7 +206,7 @@ double penalised_figure(const balance::DesignProblem& problem, const VectorX& x)
 
 /// Simulated figures as functions of the free numbers.
 balance::DesignProblem simulated_problem(const DesignSpace& space) {
-  balance::DesignProblem problem = make_design_problem(space, {});
+  balance::DesignProblem problem = balance::make_design_problem(space, {});
   const auto by_numbers = [&space](balance::Objective& figure) {
     struct OfNumbers final : balance::DesignFunction {
       std::shared_ptr<const balance::DesignFunction> inner;
@@ -351,7 +352,7 @@ design: {}
 
 /// The set of solutions as equal as the start values.
 balance::SolutionSet solutions_like_start(const DesignSpace& space) {
-  const balance::DesignProblem problem = make_design_problem(space, {});
+  const balance::DesignProblem problem = balance::make_design_problem(space, {});
   balance::design::SearchBudget budget(100);
   const balance::design::SolverContext context(problem, budget);
   const balance::design::ScaledObjective objective(context, *problem.objective);

@@ -357,6 +357,57 @@ MatrixX FigureFace::find_constant_rows(const MatrixX& slopes) const {
   return stack(blocks, parameter_count);
 }
 
+std::optional<std::vector<MaxTerm>> FigureFace::max_terms(const VectorX& u) const {
+  VectorX features;
+  MatrixX slopes;
+  context_.features.evaluate(u, features, &slopes);
+  std::vector<MaxTerm> terms;
+  for (const AffineFigure& figure : figures_) {
+    if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
+      terms.push_back({figure.weight, VectorX::Constant(1, figure.coefficients.dot(features.head(p))),
+                       figure.coefficients.transpose() * slopes.topRows(p)});
+      continue;
+    }
+    const bool is_range = figure.figure == Statistic::range;
+    if (figure.figure == Statistic::minimum || (is_range && figure.series.size() != 1)) return std::nullopt;
+    std::vector<MatrixX> values, by_number;
+    for (const AffineSeries& series : figure.series) {
+      const MatrixX samples = sample_values(series, features);
+      const Eigen::Index p = series.rows.cols() - 1, count = samples.cols();
+      const MatrixX rows = series.rows.leftCols(p) * slopes.topRows(p);
+      VectorX sizes = samples.colwise().norm().transpose();
+      const bool is_signed = is_range || figure.figure == Statistic::maximum;
+      if (is_signed) sizes = samples.row(0).transpose();
+      if (is_range && series.components != 1) return std::nullopt;
+      MatrixX size_slopes(count, u.size());
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const MatrixX own = rows.middleRows(k * series.components, series.components);
+        if (is_signed)
+          size_slopes.row(k) = own.row(0);
+        else if (sizes[k] > 0)
+          size_slopes.row(k) = samples.col(k).transpose() * own / sizes[k];
+        else
+          size_slopes.row(k).setZero();
+      }
+      if (is_range || is_of_largest_samples(figure)) {
+        values.emplace_back(sizes);
+        by_number.push_back(size_slopes);
+        continue;
+      }
+      const VectorX weights = series.time_weights.reshaped();
+      const double mean_square = weights.dot(sizes.cwiseAbs2()), rms = std::sqrt(mean_square);
+      const bool is_rms = figure.figure == Statistic::rms;
+      values.emplace_back(MatrixX::Constant(1, 1, is_rms ? rms : weights.dot(sizes)));
+      const VectorX sample_weights = is_rms ? VectorX(weights.cwiseProduct(sizes) / std::max(rms, 1e-300)) : weights;
+      by_number.emplace_back(sample_weights.transpose() * size_slopes);
+    }
+    const MatrixX all = stack(values, 1), all_slopes = stack(by_number, u.size());
+    terms.push_back({figure.weight, all, all_slopes});
+    if (is_range) terms.push_back({figure.weight, -all, -all_slopes});
+  }
+  return terms;
+}
+
 void FigureFace::evaluate_excess(const VectorX& features, const MatrixX* slopes, VectorX& excess,
                                  MatrixX* jacobian) const {
   std::vector<double> values;
@@ -499,7 +550,11 @@ std::optional<MatrixX> find_optimal_directions(const SolverContext& context, con
       !context.classification.has_geometric() && (face ? face->is_complete() : !objective.is_simulated());
   if (is_complete || free.cols() == masses.cols()) return masses;
   // what is left: lengths, motions, and figures of which only values are known
-  return TieFollower(context, objective, conditions, u).find_directions(free, masses, limits);
+  const TieFollower::Terms terms = [&](const VectorX& v) -> std::optional<std::vector<MaxTerm>> {
+    if (face && !context.classification.has_geometric()) return face->max_terms(v);
+    return objective.has_max_terms() ? objective.max_terms(v) : std::nullopt;
+  };
+  return TieFollower(context, objective, terms, conditions, u).find_directions(free, masses, limits);
 }
 
 }  // namespace

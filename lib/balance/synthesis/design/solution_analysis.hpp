@@ -39,6 +39,8 @@ class FigureFace {
   /// Rows over the parameters that vanish for changes with which no figure changes: the samples at which a peak or a
   /// maximum is reached, all samples of other statistics.
   const MatrixX& constant_parameter_rows() const { return constant_rows_; }
+  /// The figures at u as maxima of smooth functions of the unit coordinates; std::nullopt if some are not.
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& u) const;
   /// The parameters at the design.
   const VectorX& parameters() const { return parameters_; }
   /// How far each sample exceeds its peak at the design, relative to the peak; zero if it does not.

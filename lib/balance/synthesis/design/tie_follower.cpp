@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace balance::design {
 
@@ -34,19 +35,25 @@ bool is_active(const MaxTerm& term, Eigen::Index k, double scale) {
 
 }  // namespace
 
-TieFollower::TieFollower(const SolverContext& context, const ScaledObjective& objective, const Conditions& conditions,
-                         const VectorX& u)
-    : context_(context), objective_(objective), conditions_(conditions), u_(u) {
+TieFollower::TieFollower(const SolverContext& context, const ScaledObjective& objective, Terms terms,
+                         const Conditions& conditions, const VectorX& u)
+    : context_(context), objective_(objective), terms_at_(std::move(terms)), conditions_(conditions), u_(u) {
   value_ = objective_(u_, nullptr);
-  if (objective_.has_max_terms()) terms_ = objective_.max_terms(u_);
+  terms_ = terms_at_(u_);
+  if (terms_ && terms_->empty()) terms_.reset();
   if (!terms_) return;
   scale_ = std::abs(value_);
-  for (const MaxTerm& term : *terms_)
+  double sum = 0;
+  bool is_sum_of_maxima = true;
+  for (const MaxTerm& term : *terms_) {
+    is_sum_of_maxima = is_sum_of_maxima && term.values.size() > 0 && (term.weight >= 0 || term.values.size() == 1);
+    if (!is_sum_of_maxima) break;
+    sum += term.weight * max_coefficient(term.values);
     for (Eigen::Index k = 0; k < term.values.size(); ++k)
       scale_ = std::max(scale_, follow_step * std::abs(term.weight) * term.jacobian.row(k).norm());
-  const bool is_sum_of_maxima = std::all_of(
-      terms_->begin(), terms_->end(), [](const MaxTerm& term) { return term.weight >= 0 || term.values.size() == 1; });
-  if (!is_sum_of_maxima || !std::isfinite(value_) || !(scale_ > 0)) terms_.reset();
+  }
+  if (!is_sum_of_maxima || !(scale_ > 0) || !(std::abs(sum - value_) <= active_value_tolerance * scale_))
+    terms_.reset();
 }
 
 std::optional<MatrixX> TieFollower::find_directions(const MatrixX& free, const MatrixX& known,
@@ -237,7 +244,7 @@ VectorX TieFollower::restore(const VectorX& from) const {
       context_.limits->evaluate(v, block, jacobian != nullptr ? &by_number : nullptr);
       for (const Eigen::Index k : active_limits) add(block[k] - g[k], by_number, k);
     }
-    const std::optional<std::vector<MaxTerm>> terms = objective_.max_terms(v);
+    const std::optional<std::vector<MaxTerm>> terms = terms_at_(v);
     if (!terms) return false;
     for (std::size_t j = 0; j < terms->size(); ++j) {
       const MaxTerm &at_design = (*terms_)[j], &term = (*terms)[j];

@@ -3,15 +3,22 @@
 
 #include "balance/synthesis/design/problem_functions.hpp"
 
+#include <functional>
+#include <optional>
+#include <vector>
+
 namespace balance::design {
 
 /// Finds directions in which a simulated figure stays the same: those in which it does not change to first order, each
 /// followed for a short step in which the conditions, the active limits and the maxima that form the figure are restored.
 class TieFollower {
  public:
+  /// The objective as a sum of maxima with derivatives by unit coordinates; std::nullopt if there are none.
+  using Terms = std::function<std::optional<std::vector<MaxTerm>>(const VectorX& u)>;
+
   /// @param context, objective, conditions must outlive this object
   /// @param conditions at u
-  TieFollower(const SolverContext& context, const ScaledObjective& objective, const Conditions& conditions,
+  TieFollower(const SolverContext& context, const ScaledObjective& objective, Terms terms, const Conditions& conditions,
               const VectorX& u);
 
   /// @param free directions in which no condition changes
@@ -34,6 +41,7 @@ class TieFollower {
 
   const SolverContext& context_;
   const ScaledObjective& objective_;
+  const Terms terms_at_;
   const Conditions& conditions_;
   VectorX u_;
   std::optional<std::vector<MaxTerm>> terms_;
