@@ -169,3 +169,119 @@ TEST_CASE("a free place and mass in a box have the least mass that first moments
   CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   CHECK(report.outcome.lower_bound == doctest::Approx(0.5 / 0.3).epsilon(1e-6));
 }
+
+namespace {
+
+/// A chain whose counterweights must have different masses. @param request further entries of `design`
+std::string chain_of_different(unsigned seed, int links, const std::string& request) {
+  std::mt19937 random(seed);
+  return replaced(chain(random, links, false), "goal: static",
+                  "all_different: [\"counterweights.*.mass\"], " + request);
+}
+
+/// Whether no two numbers are equal; @param counts_zero whether two zeros are
+bool are_different(const VectorX& x, bool counts_zero = true) {
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      if (x[i] == x[j] && (counts_zero || x[i] != 0)) return false;
+  return true;
+}
+
+/// The least figure of all combinations that the predicate accepts.
+template <class Predicate>
+double least_figure(const DesignSpace& space, const Predicate& is_accepted) {
+  const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
+  double least = 1e9;
+  for_all(space, [&](const VectorX& x) {
+    if (is_accepted(x))
+      least = std::min(least, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
+  });
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("sizes that must differ have the least figure of all combinations that do") {
+  // 3 links: all combinations are tried; 4 links: branch and bound
+  for (const int links : {3, 4})
+    for (const char* figure : {"{rms: torque, along: cycloid}", "{peak: shaking_force, along: cycloid}"})
+      for (const unsigned seed : {1U, 2U}) {
+        CAPTURE(links);
+        CAPTURE(figure);
+        CAPTURE(seed);
+        const DesignSpace space = read(chain_of_different(seed, links, fmt::format("minimize: {}", figure)));
+        const DesignReport report = find_design(space);
+        CHECK(is_a_size(space, report.outcome.x));
+        CHECK(are_different(report.outcome.x));
+        const double least = least_figure(space, [](const VectorX& x) { return are_different(x); });
+        CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+        CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+        CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
+        const double any = least_figure(space, [](const VectorX&) { return true; });
+        if (any < least * (1 - 1e-9)) continue;
+        DesignSpace unrestricted = space;
+        unrestricted.start.design.all_different.clear();
+        CHECK(find_design(unrestricted).outcome.objective == doctest::Approx(report.outcome.objective).epsilon(1e-9));
+      }
+}
+
+TEST_CASE("sizes of elements that are left out need not differ") {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    CAPTURE(seed);
+    const DesignSpace space =
+        read(chain_of_different(seed, 3, "choose: {counterweights: 1}, minimize: {rms: torque, along: cycloid}"));
+    const DesignReport report = find_design(space);
+    const double least =
+        least_figure(space, [](const VectorX& x) { return (x.array() != 0).count() <= 1 && are_different(x, false); });
+    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  }
+}
+
+TEST_CASE("sizes that must differ are decided beside numbers without sizes") {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    CAPTURE(seed);
+    const std::string free = replaced(chain_of_different(seed, 3, "minimize: {rms: torque, along: cycloid}"),
+                                      "[\"counterweights.*.mass\"]", "[c1.mass, c2.mass]");
+    const std::string text = replaced(free, "mass: {free: [0, 4], step: 0.7}", "mass: {free: [0, 4]}");
+    const DesignSpace space = read(text);
+    const DesignReport report = find_design(space);
+    double least = 1e9;
+    for (int first = 0; first <= 8; ++first)
+      for (int second = 0; second <= 8; ++second) {
+        if (first == second) continue;
+        DesignSpace fixed = space.fix_others(Eigen::Vector3d(1.5 * first, 1.5 * second, 1), {2});
+        CHECK(fixed.start.design.all_different.front().numbers.empty());
+        least = std::min(least, find_design(fixed).outcome.objective);
+      }
+    CHECK(report.outcome.x[0] != report.outcome.x[1]);
+    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  }
+}
+
+TEST_CASE("a fixed number keeps its size from those that must differ from it") {
+  const DesignSpace space = read(chain_of_different(1, 3, "minimize: {rms: torque, along: cycloid}"));
+  const double taken = find_design(space).outcome.x[1];
+  DesignSpace fixed = space.fix_others(Eigen::Vector3d(taken, 0, 0), {1, 2});
+  const DesignReport report = find_design(fixed);
+  CHECK(report.outcome.x[0] != taken);
+  const double least =
+      least_figure(fixed, [&](const VectorX& x) { return x[0] != taken && x[1] != taken && x[0] != x[1]; });
+  CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+}
+
+TEST_CASE("sizes that balance only if two are equal are proved to be impossible if they must differ") {
+  // 0.5 kg m of the link; two counterweights at 0.5 m: together 1 kg
+  const std::string two =
+      replaced(replaced(pendulum, "counterweights: {cw: {body: link, at: [-0.5, 0], mass: {free: [0, 5]}}}",
+                        "counterweights: {a: {body: link, at: [-0.5, 0], mass: {free: {values: [0.5, 2]}}},\n"
+                        "                 b: {body: link, at: [-0.5, 0], mass: {free: {values: [0.5, 3]}}}}"),
+               ", for: {p: [0, 0.25, 1]}", "");
+  CHECK(find_design(read(two)).outcome.status == DesignStatus::balanced);
+  const DesignReport report =
+      find_design(read(replaced(two, "goal: static", "goal: static, all_different: [a.mass, b.mass]")));
+  CHECK(report.outcome.status == DesignStatus::infeasible);
+  CHECK(report.outcome.is_proved_infeasible);
+  CHECK(are_different(report.outcome.x));
+}

@@ -27,6 +27,12 @@ namespace balance {
 
 namespace {
 
+std::vector<std::string> paths_of(const DesignReport& report, const DifferentNumbers& different) {
+  std::vector<std::string> paths;
+  for (const int i : different.numbers) paths.push_back(report.free_numbers[static_cast<std::size_t>(i)].key_path);
+  return paths;
+}
+
 std::vector<std::string> names_of(const DesignReport& report, std::size_t constraint, bool is_kept) {
   std::vector<std::string> names;
   const std::vector<bool>& kept_flags = report.outcome.selection->kept[constraint];
@@ -408,6 +414,9 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
   json["strategy"] = view.conditions.strategy;
   add_outcome(json, view);
   json["free_numbers"] = numbers_list(report);
+  json["all_different"] = Json::array();
+  for (const DifferentNumbers& different : report.study_before.design.all_different)
+    json["all_different"].push_back(paths_of(report, different));
   add_conditions(json, view.conditions);
   // the listed conditions are those of the designed mechanism; add the residuals before
   for (int row = 0; row < view.residuals_before.size(); ++row)
@@ -649,6 +658,14 @@ std::string bound_remark(const FreeNumber& number, int bound) {
   return bound < 0 ? "at lower" : (bound > 0 ? "at upper" : "");
 }
 
+/// Which numbers were asked to have different sizes.
+std::string different_numbers_text(const DesignReport& report) {
+  std::string text;
+  for (const DifferentNumbers& different : report.study_before.design.all_different)
+    if (different.numbers.size() > 1) text += fmt::format("all different: {}\n", joined(paths_of(report, different)));
+  return text;
+}
+
 /// Explains "before" for numbers without a start value.
 std::string format_start_note(const std::vector<FreeNumber>& numbers) {
   constexpr std::size_t max_listed_paths = 3;
@@ -682,7 +699,8 @@ std::string numbers_text(const DesignReportData& view, const TextOptions& option
                           number_text(is_zero ? 0 : unit.convert(value)), bound_remark(number, bound)});
   }
   remove_empty_units(table);
-  return format_table(table, options.width) + format_start_note(report.free_numbers) + "\n";
+  return format_table(table, options.width) + different_numbers_text(report) + format_start_note(report.free_numbers) +
+         "\n";
 }
 
 std::string residual_text(double residual) {

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/part_insertion.hpp"
+#include "balance/interface/specification/read_all_different.hpp"
 #include "balance/interface/specification/read_load_cases.hpp"
 #include "balance/interface/specification/read_objective.hpp"
 #include "balance/interface/specification/study_builder.hpp"
@@ -192,10 +193,10 @@ void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& searc
 
 void read_design(const SpecCursor& section, StudyBuilder& draft) {
   DesignRequest& request = draft.study.design;
-  std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry;
+  std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry, different_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
-      section, "design settings {goal, minimize, front, subject_to, choose, search, for, across, adapt}",
+      section, "design settings {goal, minimize, front, subject_to, choose, all_different, search, for, across, adapt}",
       {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
@@ -204,6 +205,7 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
         [&](const SpecCursor& c) { request.subject_to = read_figure_limits(c, draft); }},
        {"choose", Presence::optional,
         [&](const SpecCursor& c) { request.cardinality = read_cardinality_requests(c, draft); }},
+       {"all_different", Presence::optional, store_in(different_entry)},
        {"search", Presence::optional, [&](const SpecCursor& c) { read_search(c, draft, request.search); }},
        {"for", Presence::optional, store_in(cases_entry)},
        {"across", Presence::optional, store_in(across_entry)},
@@ -217,6 +219,8 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
       draft.problems.collect([&] { (*slot)->fail({.expected = "'for' (the load cases) as well", .found = "none"}); });
   if (across_entry) draft.problems.collect([&] { request.cases.aggregation = read_case_aggregation(*across_entry); });
   if (adapt_entry) draft.problems.collect([&] { draft.adapted = read_adapted(*adapt_entry, draft); });
+  if (different_entry)
+    draft.problems.collect([&] { draft.all_different = read_all_different(*different_entry, draft); });
 }
 
 namespace {

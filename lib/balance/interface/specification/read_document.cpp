@@ -254,6 +254,13 @@ void read_document(const std::string& text, const YamlNode* root, const SpecPara
   const auto& free = draft.study.free_numbers;
   for (std::size_t i = 0; i < free.size(); ++i)
     if (draft.adapted.contains(free[i].key_path)) draft.study.design.cases.adapted.push_back(static_cast<int>(i));
+  for (const DifferentPaths& different : draft.all_different) {
+    DifferentNumbers numbers{{}, different.taken};
+    for (const std::string& path : different.paths)
+      for (std::size_t i = 0; i < free.size(); ++i)
+        if (free[i].key_path == path) numbers.numbers.push_back(static_cast<int>(i));
+    draft.study.design.all_different.push_back(std::move(numbers));
+  }
   for (std::string& warning : list_implausible_numbers(draft.study, draft.units))
     draft.study.warnings.push_back(std::move(warning));
 }

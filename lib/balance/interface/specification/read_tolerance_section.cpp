@@ -14,8 +14,9 @@ namespace {
 
 bool has_wildcards(const std::string& name) { return name.find('*') != std::string::npos; }
 
-/// Whether a pattern, in which a star stands for any characters, matches the whole text. At most one
-/// step per star and character.
+}  // namespace
+
+/// At most one step per star and character.
 bool is_glob_match(std::string_view name, std::string_view text) {
   std::size_t n = 0, t = 0, star = std::string_view::npos, consumed = 0;
   while (t < text.size()) {
@@ -34,6 +35,8 @@ bool is_glob_match(std::string_view name, std::string_view text) {
   while (n < name.size() && name[n] == '*') ++n;
   return n == name.size();
 }
+
+namespace {
 
 /// "bodies.link1.com[0]" belongs to "bodies.link1.com", and so do all entries of an inertia's matrix.
 std::string parent_path(const std::string& path) {

@@ -75,6 +75,12 @@ struct LoadParameterEntry {
   std::optional<Expression> input;  ///< none if it is free
 };
 
+/// Free numbers that must have different sizes, by their paths.
+struct DifferentPaths {
+  std::vector<std::string> paths;
+  std::vector<double> taken;  ///< values of fixed numbers among them
+};
+
 /// A number that `tolerances` names.
 struct ToleranceEntry {
   std::string path;
@@ -103,6 +109,7 @@ struct StudyBuilder {
   std::set<std::string> load_names;            ///< under `design: for`
   std::vector<LoadParameterEntry> load_numbers;  ///< numbers of the mechanism with one of these names
   std::set<std::string> adapted;                 ///< paths of free numbers under `design: adapt`
+  std::vector<DifferentPaths> all_different;     ///< under `design: all_different`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
   std::vector<std::pair<SpecCursor, double>>

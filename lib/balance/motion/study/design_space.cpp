@@ -1,5 +1,6 @@
 #include "balance/motion/study/design_space.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -22,6 +23,19 @@ std::vector<double> evaluate_inputs(const DesignSpace& space, const VectorX& x) 
     throw std::invalid_argument("expected " + std::to_string(space.free_inputs.size()) +
                                 " values of free numbers, found " + std::to_string(x.size()));
   return evaluate_inputs(space, std::vector<double>(x.begin(), x.end()));
+}
+
+/// The numbers that stay free differ from those that are fixed at x.
+DifferentNumbers restrict_to(const DifferentNumbers& different, const VectorX& x, const std::vector<int>& free) {
+  DifferentNumbers restricted{{}, different.taken};
+  for (const int number : different.numbers) {
+    const auto position = std::find(free.begin(), free.end(), number);
+    if (position == free.end())
+      restricted.taken.push_back(x[number]);
+    else
+      restricted.numbers.push_back(static_cast<int>(position - free.begin()));
+  }
+  return restricted;
 }
 
 }  // namespace
@@ -73,6 +87,8 @@ DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& fr
     subspace.start.free_numbers.push_back(std::move(number));
     subspace.free_inputs.push_back(free_inputs[static_cast<std::size_t>(i)]);
   }
+  for (DifferentNumbers& different : subspace.start.design.all_different)
+    different = restrict_to(different, x, free_indices);
   return subspace;
 }
 

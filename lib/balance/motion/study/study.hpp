@@ -163,6 +163,12 @@ struct ParetoRequest {
   explicit operator bool() const { return !figures.empty(); }
 };
 
+/// Free numbers with sizes, no two of which may have the same size, such as the angles of cranks.
+struct DifferentNumbers {
+  std::vector<int> numbers;   ///< indices of the free numbers, in the order of the request
+  std::vector<double> taken;  ///< values of fixed numbers, from which they must differ as well [as their bounds]
+};
+
 /// Contents of `design:`.
 struct DesignRequest {
   std::vector<Goal> goals;
@@ -172,6 +178,7 @@ struct DesignRequest {
   SearchOptions search;
   LoadCases cases;
   std::vector<CardinalityRequest> cardinality;  ///< elements that may be left out; empty: none
+  std::vector<DifferentNumbers> all_different;  ///< disjoint
 };
 
 /// A payload that is taken up or set down during the motion (AttachmentOf::from, until), and its location in the spec.

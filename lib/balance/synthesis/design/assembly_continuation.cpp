@@ -10,6 +10,8 @@
 #include "balance/mechanics/kinematics/space.hpp"
 #include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
+#include "balance/synthesis/design/required_motions.hpp"
+#include "balance/synthesis/design/trajectory_cost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,6 +36,51 @@ constexpr int max_steps = 400;
 /// Numbers of configurations that are kept as starts.
 constexpr std::size_t max_known_configurations = 400, max_tried_starts = 3;
 
+/// Marks the inputs of a recording that some of its expressions depend on.
+class InputDependence {
+ public:
+  explicit InputDependence(const Recording& recording)
+      : recording_(recording), is_needed_(recording.graph.nodes().size(), false) {}
+
+  void add(const Expression& expression) {
+    if (!expression.is_constant()) is_needed_[static_cast<std::size_t>(expression.node())] = true;
+  }
+
+  /// In ascending order.
+  std::vector<std::size_t> inputs() {
+    std::vector<bool> is_input_needed(recording_.inputs.size(), false);
+    const std::vector<ExpressionNode>& nodes = recording_.graph.nodes();
+    for (std::size_t k = nodes.size(); k-- > 0;) {  // arguments come before the nodes that use them
+      if (!is_needed_[k]) continue;
+      if (nodes[k].input >= 0) is_input_needed[static_cast<std::size_t>(nodes[k].input)] = true;
+      for (const int argument : nodes[k].arguments)
+        if (argument >= 0) is_needed_[static_cast<std::size_t>(argument)] = true;
+    }
+    std::vector<std::size_t> inputs;
+    for (std::size_t i = 0; i < is_input_needed.size(); ++i)
+      if (is_input_needed[i]) inputs.push_back(i);
+    return inputs;
+  }
+
+ private:
+  const Recording& recording_;
+  std::vector<bool> is_needed_;
+};
+
+/// The inputs of lengths, ratios and motions: masses and stiffnesses do not change the configuration of a start pose,
+/// unless it is given by the centre of mass.
+std::vector<std::size_t> list_pose_inputs(const Recording& recording, const Trajectory& first_trajectory) {
+  InputDependence dependence(recording);
+  const auto add = [&](const Expression& expression) {
+    dependence.add(expression);
+    return 0.0;
+  };
+  convert_mechanism<double>(
+      is_mass_dependent(first_trajectory) ? recording.mechanism : without_masses(recording.mechanism), add);
+  for (const TrajectoryOf<Expression>& trajectory : recording.trajectories) cast_scalar<double>(trajectory, add);
+  return dependence.inputs();
+}
+
 /// A configuration of the start pose for some numbers.
 struct KnownConfiguration {
   std::vector<double> inputs;
@@ -47,7 +94,10 @@ template <class S>
 class AssemblyContinuation final : public AssemblyModeSelector {
  public:
   explicit AssemblyContinuation(const DesignSpace& space)
-      : recording_(space.recording), scale_(space.inputs.size(), 0), start_inputs_(space.inputs) {
+      : recording_(space.recording),
+        pose_inputs_(list_pose_inputs(*space.recording, space.start.trajectories.front())),
+        scale_(space.inputs.size(), 0),
+        start_inputs_(space.inputs) {
     const VectorX start = space.start_values();
     for (std::size_t i = 0; i < space.free_inputs.size(); ++i) {
       const auto input = static_cast<std::size_t>(space.free_inputs[i]);
@@ -143,23 +193,28 @@ class AssemblyContinuation final : public AssemblyModeSelector {
     return determinant > 0 ? 1 : determinant < 0 ? -1 : 0;
   }
 
+  /// Between the numbers that change the pose; zero only if they are equal.
   double distance(const std::vector<double>& a, const std::vector<double>& b) const {
     double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
+    bool is_equal = true;
+    for (const std::size_t i : pose_inputs_) {
       const double deviation = (a[i] - b[i]) / scale_[i];
       sum += deviation * deviation;
+      is_equal = is_equal && a[i] == b[i];
     }
-    return sum;
+    return is_equal ? 0 : std::max(sum, std::numeric_limits<double>::min());
   }
 
   const KnownConfiguration& find(const std::vector<double>& inputs, const DesignInstance& instance) const {
     std::vector<std::pair<double, std::size_t>> starts;
     for (std::size_t k = 0; k < known_.size(); ++k) {
-      if (known_[k].inputs == inputs) return known_[k];
-      if (known_[k].is_assembled) starts.emplace_back(distance(known_[k].inputs, inputs), k);
+      const double separation = distance(known_[k].inputs, inputs);
+      if (separation == 0) return known_[k];
+      if (known_[k].is_assembled) starts.emplace_back(separation, k);
     }
-    std::sort(starts.begin(), starts.end());
-    if (starts.size() > max_tried_starts) starts.resize(max_tried_starts);
+    const std::size_t count = std::min(starts.size(), max_tried_starts);
+    std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(count), starts.end());
+    starts.resize(count);
     starts.emplace_back(0, 0);  // the start values themselves
     KnownConfiguration result{inputs, false, {}, 0, {}};
     for (const auto& [separation, k] : starts)
@@ -238,6 +293,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
   }
 
   std::shared_ptr<const Recording> recording_;
+  std::vector<std::size_t> pose_inputs_;
   std::vector<double> scale_;  ///< per input, for distances
   std::vector<double> start_inputs_;
   mutable std::vector<KnownConfiguration> known_;  ///< the first is that of the start values

@@ -79,7 +79,23 @@ class BilevelSearch {
     model_.emplace(context_, anchor_, *is_active_parameter);
     if (model_->outer().empty()) return false;
     if (objective_ != nullptr && !context_.problem.violation_floor) figure_scale_ = figure_scale();
+    find_geometric_limits();
     return true;
+  }
+
+  /// Limits that depend on the outer variables only, such as those of distances.
+  void find_geometric_limits() {
+    VectorX u = -anchor_;
+    u(model_->outer()) = anchor_(model_->outer());
+    for (int k = 0; k < context_.limits->size(); ++k)
+      if (context_.limits->value(u, k) == context_.limits->value(anchor_, k)) geometric_limits_.push_back(k);
+  }
+
+  /// The inner problem where the geometric limits, which it does not know, are satisfied.
+  InnerSolution solve_within_limits(const InnerProblem& inner, const VectorX& u) const {
+    const bool is_within = std::all_of(geometric_limits_.begin(), geometric_limits_.end(),
+                                       [&](int k) { return context_.limits->is_satisfied(u, k); });
+    return is_within ? inner.solve_at(u) : InnerSolution{};
   }
 
   /// Value of the figure with the masses of the anchor or in the middle of their bounds, because the added mass may be
@@ -143,10 +159,10 @@ class BilevelSearch {
     std::vector<InnerSolution> points;
     for (const VectorX& u : sample_points) {
       if (context_.budget.is_spent()) break;
-      InnerSolution solution = has_anchor_reference ? anchor_problem.solve_at(u) : InnerSolution{};
+      InnerSolution solution = has_anchor_reference ? solve_within_limits(anchor_problem, u) : InnerSolution{};
       if (!solution.is_found && has_conditions_ && context_.infeasibility_reason(u).empty()) {
         InnerProblem point_problem(context_, *model_, target(), figure_scale_);
-        if (point_problem.set_reference(u)) solution = point_problem.solve_at(u);
+        if (point_problem.set_reference(u)) solution = solve_within_limits(point_problem, u);
       }
       if (solution.is_found) points.push_back(std::move(solution));
     }
@@ -201,7 +217,7 @@ class BilevelSearch {
     NonlinearSystem equations;
     equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
       if (!last.is_found || outer_variables(last.u) != v) {
-        InnerSolution next = inner.solve_at(insert_outer_variables(v));
+        InnerSolution next = solve_within_limits(inner, insert_outer_variables(v));
         if (!next.is_found || (values.size() > 0 && next.residual_vector.size() != values.size())) return false;
         last = std::move(next);
       }
@@ -212,7 +228,7 @@ class BilevelSearch {
     };
     const LeastSquaresResult descent = solve_levenberg_marquardt(equations, start, 40);
     if (!last.is_found || outer_variables(last.u) != descent.u)
-      last = inner.solve_at(insert_outer_variables(descent.u));
+      last = solve_within_limits(inner, insert_outer_variables(descent.u));
     return last;
   }
 
@@ -233,8 +249,8 @@ class BilevelSearch {
       return;
     begun_.push_back(start);
     InnerSolution optimum = minimise_figure_from(start);
-    // The others are improved on all variables at once, where kinks of the inner optimum are bounds of the masses.
-    if (optimum.is_found && (objective_ == nullptr || objective_->is_simulated()))
+    // Others are improved on all variables at once, where kinks of the inner optimum are bounds of the masses.
+    if (optimum.is_found && (objective_ == nullptr || objective_->is_simulated() || capabilities_.has_convex_limits))
       optimum = descend_along_kinks(std::move(optimum));
     record(optimum);
     if (!handle_start_end_) return;
@@ -270,7 +286,7 @@ class BilevelSearch {
 
     double operator()(const VectorX& v, VectorX* gradient) {
       ++search.context_.budget.evaluations;
-      InnerSolution solution = inner.solve_at(search.insert_outer_variables(v));
+      InnerSolution solution = search.solve_within_limits(inner, search.insert_outer_variables(v));
       if (!solution.is_found) {
         undefined.push_back(v);
         return std::numeric_limits<double>::quiet_NaN();
@@ -358,7 +374,7 @@ class BilevelSearch {
       if (blocked == nullptr || (v - inside).norm() < (*blocked - inside).norm()) blocked = &v;
     if (blocked == nullptr || !((*blocked - inside).norm() < max_boundary_distance)) return std::nullopt;
     const auto is_defined = [&](const VectorX& v) {
-      return outer_objective.inner.solve_at(insert_outer_variables(v)).is_found;
+      return solve_within_limits(outer_objective.inner, insert_outer_variables(v)).is_found;
     };
     /// The last point from a defined to an undefined one.
     const auto bisect = [&](double defined, double undefined, const auto& point) {
@@ -430,6 +446,7 @@ class BilevelSearch {
   bool has_conditions_, has_figure_;
   const ScaledObjective* objective_;
   std::optional<ConvexMassModel> model_;
+  std::vector<int> geometric_limits_;
   const StartEndHandler& handle_start_end_;
   std::vector<VectorX> begun_;  ///< starts of searches for the figure
   bool is_finished_ = false, has_kinks_ = true;

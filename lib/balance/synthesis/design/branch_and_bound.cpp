@@ -20,7 +20,8 @@ const DesignVariable& variable(const DesignProblem& problem, int i) {
 
 }  // namespace
 
-BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements) : problem_(problem) {
+BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements)
+    : problem_(problem), all_different_(problem) {
   std::optional<std::size_t> shared;
   for (const CardinalityConstraint& choice : problem.cardinality_constraints) {
     std::size_t group = groups_.size();
@@ -30,8 +31,11 @@ BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements
       groups_.push_back(choice.max_count < 0 ? max_kept_elements : choice.max_count);
     if (choice.max_count < 0) shared = group;
     for (const OptionalElement& element : choice.elements)
-      elements_.push_back({element.variables, element.own_variables, group});
+      elements_.push_back({element.variables, element.own_variables, group, false});
   }
+  for (Element& element : elements_)
+    for (const auto* variables : {&element.numbers, &element.own_numbers})
+      for (const int i : *variables) element.must_be_decided = element.must_be_decided || all_different_.contains(i);
 }
 
 int BranchingRule::count_unrestricted_elements(const DesignProblem& problem) {
@@ -142,8 +146,29 @@ bool BranchingRule::propagate(BranchNode& branch) const {
     if (!propagate_counts(branch) || !propagate_values(branch)) return false;
     for (std::size_t k = 0; k < elements_.size(); ++k)
       if (!propagate_element(branch, k)) return false;
+    if (!all_different_.is_empty() && !all_different_.propagate(branch.lower, branch.upper, list_present(branch)))
+      return false;
     if (previous_states == branch.element_states && lower == branch.lower && upper == branch.upper) return true;
   }
+}
+
+/// For each variable, whether it certainly belongs to the mechanism: to no element that is, or may be, left out.
+std::vector<bool> BranchingRule::list_present(const BranchNode& branch) const {
+  std::vector<bool> is_present(problem_.variables.size(), true);
+  for (std::size_t k = 0; k < elements_.size(); ++k)
+    if (branch.element_states[k] != BranchNode::ElementState::kept)
+      for (const auto* variables : {&elements_[k].numbers, &elements_[k].own_numbers})
+        for (const int i : *variables) is_present[static_cast<std::size_t>(i)] = false;
+  return is_present;
+}
+
+/// Whether an element may still be kept or left out, and this matters for the counts or for what must differ.
+bool BranchingRule::is_open(const BranchNode& branch, std::size_t k) const {
+  const std::size_t g = elements_[k].group;
+  return branch.element_states[k] == BranchNode::ElementState::undecided &&
+         (elements_[k].must_be_decided ||
+          count(branch, g, BranchNode::ElementState::kept) + count(branch, g, BranchNode::ElementState::undecided) >
+              groups_[g]);
 }
 
 bool BranchingRule::is_leaf(const BranchNode& branch) const {
@@ -151,10 +176,8 @@ bool BranchingRule::is_leaf(const BranchNode& branch) const {
     const auto k = static_cast<Eigen::Index>(i);
     if (!problem_.variables[i].discrete_values.empty() && branch.lower[k] != branch.upper[k]) return false;
   }
-  for (std::size_t g = 0; g < groups_.size(); ++g)
-    if (count(branch, g, BranchNode::ElementState::kept) + count(branch, g, BranchNode::ElementState::undecided) >
-        groups_[g])
-      return false;
+  for (std::size_t k = 0; k < elements_.size(); ++k)
+    if (is_open(branch, k)) return false;
   return true;
 }
 
@@ -171,12 +194,7 @@ std::vector<BranchNode> BranchingRule::branch(const BranchNode& branch, const Ve
   std::size_t chosen = elements_.size();
   double largest = -1;
   for (std::size_t k = 0; k < elements_.size(); ++k) {
-    const std::size_t g = elements_[k].group;
-    const bool can_branch =
-        branch.element_states[k] == BranchNode::ElementState::undecided &&
-        count(branch, g, BranchNode::ElementState::kept) + count(branch, g, BranchNode::ElementState::undecided) >
-            groups_[g];
-    if (!can_branch || !(range_fraction(elements_[k], x) > largest)) continue;
+    if (!is_open(branch, k) || !(range_fraction(elements_[k], x) > largest)) continue;
     largest = range_fraction(elements_[k], x);
     chosen = k;
   }
@@ -256,6 +274,9 @@ VariableDomain BranchingRule::node_domain(const BranchNode& branch) const {
     const int remaining = groups_[g] - count(branch, g, BranchNode::ElementState::kept);
     if (positive && coefficients.allFinite()) domain.linear_limits.emplace_back(coefficients, remaining);
   }
+  if (all_different_.is_empty()) return domain;
+  for (auto& limit : all_different_.sum_limits(branch.lower, branch.upper, list_present(branch)))
+    domain.linear_limits.push_back(std::move(limit));
   return domain;
 }
 
@@ -273,6 +294,7 @@ std::vector<std::vector<bool>> BranchingRule::kept_elements(const VectorX& x) co
 DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds) {
   DesignProblem restricted = problem;
   restricted.cardinality_constraints.clear();
+  restricted.all_different.clear();
   for (std::size_t i = 0; i < restricted.variables.size(); ++i) {
     DesignVariable& variable = restricted.variables[i];
     const auto k = static_cast<Eigen::Index>(i);

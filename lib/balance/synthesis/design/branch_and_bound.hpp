@@ -1,6 +1,7 @@
 #pragma once
 /// Branch and bound over discrete values and optional elements.
 
+#include "balance/synthesis/design/all_different.hpp"
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/conic_relaxation.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
@@ -52,11 +53,14 @@ class BranchingRule {
   struct Element {
     std::vector<int> numbers, own_numbers;
     std::size_t group;
+    bool must_be_decided;  ///< whether it decides which variables must differ
   };
   bool propagate_values(BranchNode& branch) const;
   bool propagate_element(BranchNode& branch, std::size_t k) const;
   void fix_excluded(BranchNode& branch, std::size_t k) const;
   bool propagate_counts(BranchNode& branch) const;
+  bool is_open(const BranchNode& branch, std::size_t k) const;
+  std::vector<bool> list_present(const BranchNode& branch) const;
   int count(const BranchNode& branch, std::size_t group, BranchNode::ElementState state) const;
   /// The maximum fraction of its range that a variable of the element uses.
   double range_fraction(const Element& element, const VectorX& x) const;
@@ -64,6 +68,7 @@ class BranchingRule {
   std::vector<BranchNode> branch_on_value(const BranchNode& branch, int number, double at) const;
 
   const DesignProblem& problem_;
+  AllDifferent all_different_;
   std::vector<Element> elements_;
   std::vector<int> groups_;  ///< maximum number of kept elements
 };

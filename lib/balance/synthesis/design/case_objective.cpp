@@ -54,13 +54,12 @@ CaseReduction case_reduction(CaseAggregation across) {
 class CaseFunction final : public DesignFunction {
  public:
   CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
-               const FreeSprings& loose)
+               const FreeSprings& loose, MotionCache& cache)
       : space_(space),
         reduction_(reduction),
         term_count_(terms.size()),
         is_range_(terms.front().size == ObjectiveTerm::Size::none && terms.front().figure == Statistic::range),
         offsets_(case_offsets(space, loose)) {
-    MotionCache cache;
     for (std::size_t k = 0; k < space.cases.size(); ++k)
       case_objectives_.push_back(
           build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose, cache));
@@ -229,8 +228,8 @@ Figures combine_case_figures(std::vector<std::vector<AffineFigure>> case_figures
 namespace {
 
 Objective build_reduced_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
-                                  CaseReduction reduction, const FreeSprings& loose) {
-  auto function = std::make_shared<const CaseFunction>(space, terms, reduction, loose);
+                                  CaseReduction reduction, const FreeSprings& loose, MotionCache& cache) {
+  auto function = std::make_shared<const CaseFunction>(space, terms, reduction, loose, cache);
   const std::vector<Objective>& case_objectives = function->case_objectives();
   const auto all = [&](auto&& holds) { return std::all_of(case_objectives.begin(), case_objectives.end(), holds); };
   Objective objective;
@@ -248,18 +247,18 @@ Objective build_reduced_objective(const CaseSpace& space, const std::vector<Obje
 }  // namespace
 
 Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
-                               const FreeSprings& loose) {
-  return build_reduced_objective(space, terms, case_reduction(across), loose);
+                               const FreeSprings& loose, MotionCache& cache) {
+  return build_reduced_objective(space, terms, case_reduction(across), loose, cache);
 }
 
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
-                                           const FreeSprings& loose) {
+                                           const FreeSprings& loose, MotionCache& cache) {
   std::vector<DesignLimit> built;
   for (const FigureLimit& limit : limits)
     built.push_back(
         {limit.text,
          build_reduced_objective(space, limit.terms,
-                                 limit.is_lower ? CaseReduction::min : case_reduction(limit.aggregation), loose),
+                                 limit.is_lower ? CaseReduction::min : case_reduction(limit.aggregation), loose, cache),
          limit.is_lower, limit.bound});
   return built;
 }
@@ -288,21 +287,23 @@ CaseFigures::CaseFigures(const CaseSpace& space, const FreeSprings& loose)
     : space_(space), offsets_(case_offsets(space, loose)), parameter_count_(count_parameters(offsets_)) {}
 
 bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  return !(across == CaseAggregation::worst && terms.size() > 1) &&
+  // the worst of several sums is not a figure of series
+  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
+  return !(across == CaseAggregation::worst && is_sum) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }
 
 bool CaseFigures::are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  return !(across == CaseAggregation::worst && terms.size() > 1) &&
+  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
+  return !(across == CaseAggregation::worst && is_sum) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_statistics_of_affine_quantities(one, terms); });
 }
 
 Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
-                           const VectorX& x) const {
+                           const VectorX& x, MotionCache& cache) const {
   std::vector<std::vector<AffineFigure>> case_figures;
-  MotionCache cache;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
     Figures figures =
         compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x), cache);
@@ -320,10 +321,9 @@ std::vector<FigureLimit> CaseFigures::select_convex_limits(const std::vector<Fig
   return convex;
 }
 
-std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits,
-                                                            const VectorX& x) const {
+std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits, const VectorX& x,
+                                                            MotionCache& cache) const {
   std::vector<ConvexLimit> all;
-  MotionCache cache;
   for (const FigureLimit& limit : limits) {
     std::vector<ConvexLimit> case_limits;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {

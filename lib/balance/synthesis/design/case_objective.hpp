@@ -40,12 +40,12 @@ std::string load_text(const std::vector<LoadParameter>& numbers, const VectorX& 
 /// @param loose as used for deriving the conditions of all cases
 /// @throws std::invalid_argument as build_objective
 Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
-                               const FreeSprings& loose);
+                               const FreeSprings& loose, MotionCache& cache);
 
 /// Limits of `subject_to`, on the worst value or the mean over all cases (FigureLimit::aggregation).
 /// @throws std::invalid_argument as build_objective
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
-                                           const FreeSprings& loose);
+                                           const FreeSprings& loose, MotionCache& cache);
 
 /// Indices of a case's parameters among those of all cases, and its loose springs.
 struct CaseOffsets {
@@ -66,11 +66,12 @@ class CaseFigures {
   bool are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const;
   /// @param terms convex as above @return std::nullopt if a case has no motion
   std::optional<std::vector<AffineFigure>> terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
-                                                 FigureSampling sampling, const VectorX& x) const;
+                                                 FigureSampling sampling, const VectorX& x, MotionCache& cache) const;
   /// The limits that are convex in every case.
   std::vector<FigureLimit> select_convex_limits(const std::vector<FigureLimit>& limits) const;
   /// The limits once per case, or once for the mean. @return std::nullopt if a case has no motion
-  std::optional<std::vector<ConvexLimit>> limits(const std::vector<FigureLimit>& limits, const VectorX& x) const;
+  std::optional<std::vector<ConvexLimit>> limits(const std::vector<FigureLimit>& limits, const VectorX& x,
+                                                 MotionCache& cache) const;
 
  private:
   const CaseSpace& space_;

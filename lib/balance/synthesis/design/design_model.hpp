@@ -88,7 +88,9 @@ class DesignModel {
     bool has_affine_terms = false;      ///< it is implemented; some may be other statistics of affine quantities
     bool has_convex_limits = false;     ///< convex_limits is implemented
     bool are_all_limits_convex = true;  ///< convex_limits covers all limits of the problem, if any
-    bool can_fix_geometry = false;      ///< objective_at_geometry and limits_at_geometry are implemented
+    /// convex_terms with coarse sampling and convex_limits have all samples of the figures themselves.
+    bool are_samples_complete = false;
+    bool can_fix_geometry = false;  ///< objective_at_geometry and limits_at_geometry are implemented
   };
 
   virtual ~DesignModel() = default;

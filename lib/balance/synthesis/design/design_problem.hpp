@@ -2,6 +2,7 @@
 /// A design problem: free numbers, goals and, for choosing among exact solutions, an objective.
 
 #include "balance/motion/study/search_options.hpp"
+#include "balance/motion/study/study.hpp"
 #include "balance/synthesis/design/design_model.hpp"
 
 #include <functional>
@@ -44,8 +45,8 @@ struct DesignProblem {
   std::vector<DesignVariable> variables;
   std::shared_ptr<const DesignModel> model;                    ///< must not be null when the problem is solved
   std::vector<CardinalityConstraint> cardinality_constraints;  ///< optional elements
-  /// Groups of variables with sizes, no two of which may have the same value.
-  std::vector<std::vector<int>> all_different;
+  /// Variables that must have different sizes. Those of elements that are left out do not count.
+  std::vector<DifferentNumbers> all_different;
   std::vector<Goal> goals;  ///< empty: only the objective matters
   ConditionOptions options;
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/study/different_numbers.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/com_tool_map.hpp"
 #include "balance/synthesis/conditions/modular_conditions.hpp"
@@ -34,20 +35,27 @@ struct MassSummary {
 class SpecDesignModel final : public DesignModel {
  public:
   /// @param space must outlive this object
-  SpecDesignModel(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, bool is_modular)
-      : space_(space), terms_(terms), is_modular_(is_modular), required_motions_(space.start) {}
+  /// @param motions shared with other models; null: its own
+  SpecDesignModel(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, bool is_modular,
+                  std::shared_ptr<MotionCache> motions)
+      : space_(space),
+        terms_(terms),
+        is_modular_(is_modular),
+        required_motions_(space.start),
+        motions_(motions ? std::move(motions) : std::make_shared<MotionCache>()) {}
 
   /// Builds objective and limits of the problem, whose loose springs must be known.
   void build_figures(DesignProblem& problem) {
     const FreeSprings& loose = loose_ = problem.options.loose_springs;
     const std::vector<FigureLimit>& limits = space_.start.design.subject_to;
-    problem.limits = build_design_limits(space_, limits, space_.start_values(), loose);
+    problem.limits = build_design_limits(space_, limits, space_.start_values(), loose, *motions_);
     convex_limits_ = select_convex_limits(space_, limits);
-    if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose);
+    if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose, *motions_);
     capabilities_ = {.has_convex_terms = !terms_.empty() && are_convex_in_parameters(space_, terms_),
                      .has_affine_terms = !terms_.empty() && are_statistics_of_affine_quantities(space_, terms_),
                      .has_convex_limits = !convex_limits_.empty(),
                      .are_all_limits_convex = convex_limits_.size() == limits.size(),
+                     .are_samples_complete = are_samples_complete(space_.start, terms_, convex_limits_),
                      .can_fix_geometry = true};
   }
 
@@ -67,20 +75,18 @@ class SpecDesignModel final : public DesignModel {
                        : balance::derive_conditions(mechanism, goals, options);
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    MotionCache cache;
-    return compute_convex_terms(space_, terms_, loose_, sampling, x, cache);
+    return compute_convex_terms(space_, terms_, loose_, sampling, x, *motions_);
   }
   std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    MotionCache cache;
-    return compute_convex_limits(space_, convex_limits_, loose_, x, cache);
+    return compute_convex_limits(space_, convex_limits_, loose_, x, *motions_);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {
-    return build_objective(space_.fix_others(x, free), terms_, x(free), loose);
+    return build_objective(space_.fix_others(x, free), terms_, x(free), loose, *motions_);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
                                               const FreeSprings& loose) const override {
-    return build_design_limits(space_.fix_others(x, free), space_.start.design.subject_to, x(free), loose);
+    return build_design_limits(space_.fix_others(x, free), space_.start.design.subject_to, x(free), loose, *motions_);
   }
 
  private:
@@ -88,22 +94,38 @@ class SpecDesignModel final : public DesignModel {
   std::vector<ObjectiveTerm> terms_;
   bool is_modular_;
   RequiredMotions required_motions_;
+  std::shared_ptr<MotionCache> motions_;
   FreeSprings loose_;
   std::vector<FigureLimit> convex_limits_;
   Capabilities capabilities_;
 };
 
+/// @throws std::invalid_argument if numbers that must differ have too few sizes, and no element can be left out
+void check_size_shortage(const Study& study, const std::vector<CardinalityConstraint>& choices) {
+  for (const DifferentNumbers& different : study.design.all_different) {
+    DifferentNumbers present = different;
+    for (const CardinalityConstraint& choice : choices)
+      for (const OptionalElement& element : choice.elements)
+        for (const auto* variables : {&element.variables, &element.own_variables})
+          for (const int i : *variables) std::erase(present.numbers, i);
+    const std::string shortage = find_size_shortage(present, study.free_numbers);
+    if (!shortage.empty()) throw std::invalid_argument("design.all_different: " + shortage);
+  }
+}
+
 DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
   problem.variables = list_design_variables(space.start.free_numbers);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-  const auto model = std::make_shared<SpecDesignModel>(space, terms, options.is_modular);
+  const auto model = std::make_shared<SpecDesignModel>(space, terms, options.is_modular, options.motions);
   problem.model = model;
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (!problem.goals.empty()) reject_temporary_payloads(space.start, "the goals of a design", &options.excluded);
   if (!space.start.design.cases.adapted.empty()) reject_temporary_payloads(space.start, "numbers that follow the load");
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, but the spec has none");
   problem.cardinality_constraints = list_optional_elements(space);
+  problem.all_different = space.start.design.all_different;
+  check_size_shortage(space.start, problem.cardinality_constraints);
   if (problem.goals.empty() && terms.empty() && space.start.design.subject_to.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;

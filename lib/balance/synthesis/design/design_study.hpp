@@ -6,6 +6,7 @@
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/unbalanceable_terms.hpp"
 #include "balance/synthesis/design/adaptive_law.hpp"
+#include "balance/synthesis/design/motion_cache.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 
@@ -63,6 +64,7 @@ struct DesignStudyOptions {
   VectorX settled_values = {};                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
   bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
+  std::shared_ptr<MotionCache> motions;                    ///< shared by several studies of one spec; null: none is
 };
 
 /// One trajectory before and after. A run that failed has no samples; its outcome says why.

@@ -61,8 +61,7 @@ class DiscreteDesign {
   DesignOutcome run() {
     if (is_finite(problem_)) {
       const SizeSearchResult sizes = search_sizes();
-      const bool is_final = sizes.x.size() > 0 || sizes.is_exhausted || !problem_.all_different.empty();
-      if (is_final) return make_size_outcome(sizes);
+      if (sizes.x.size() > 0 || sizes.is_exhausted) return make_size_outcome(sizes);
     }
     const int element_count = BranchingRule::count_unrestricted_elements(problem_);
     BranchAndBoundResult result = element_count > 0
@@ -90,8 +89,7 @@ class DiscreteDesign {
     const bool is_cheap = has_motion_per_length || has_functions_of_parameters();
     const long max_combinations = is_cheap ? max_cheap_combinations_factor * max_motions : max_motions;
     const long combinations = count_combinations(problem_, all, max_combinations + 1);
-    const bool is_bounded = problem_.all_different.empty() && has_bounded_figure();
-    if (combinations > max_unbounded_combinations && is_bounded) return {};
+    if (combinations > max_unbounded_combinations && has_bounded_figure()) return {};
     const bool can_try_all =
         combinations <= max_combinations &&
         (!has_motion_per_length || count_combinations(problem_, lengths, max_motions + 1) <= max_motions);
@@ -371,6 +369,8 @@ class DiscreteDesign {
     outcome.certificate.reset();
     if (!explanation.empty()) return explanation;
     if (!is_proved_infeasible) return "no design was found that meets the conditions";
+    if (problem_.cardinality_constraints.empty() && !problem_.all_different.empty())
+      return "no combination of different sizes meets the conditions";
     return problem_.cardinality_constraints.empty()
                ? "no combination of sizes meets the conditions; sizes between them would"
                : "no combination of sizes and elements meets the conditions";

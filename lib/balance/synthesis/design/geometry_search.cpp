@@ -358,7 +358,9 @@ class GeometrySearch {
   TrialDesign improve_geometry(const TrialDesign& from, bool are_lengths_optimised) {
     TrialDesign best = from;
     const bool is_relaxation_tight = from.figure <= tight_figure_;
-    if (are_lengths_optimised && is_relaxation_tight && context_.limits->size() == 0) return best;
+    const bool has_exact_limits =
+        context_.limits->size() == 0 || context_.problem.model->capabilities().are_samples_complete;
+    if (are_lengths_optimised && is_relaxation_tight && has_exact_limits) return best;
     if (!has_neighbouring_designs(from)) {
       improve_exactly(best);
       evaluator_.keep_better(best, evaluator_.solve_at_geometry(best.u));

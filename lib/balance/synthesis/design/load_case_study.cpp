@@ -125,7 +125,11 @@ void AdaptiveStudy::find_law() {
   DesignStudyOptions law_options = options_;
   law_options.minimize.clear();
   const auto goals = law_options.goals.empty() ? space_.start.design.goals : law_options.goals;
-  if (goals.empty()) return;
+  const auto has_sizes = [this](int i) {
+    return !space_.start.free_numbers[static_cast<std::size_t>(i)].discrete_values.empty();
+  };
+  const bool is_between_sizes = std::any_of(loads().adapted.begin(), loads().adapted.end(), has_sizes);
+  if (goals.empty() || is_between_sizes) return;
   law_ = find_adaptive_law(make_design_problem(law_space, law_options), anchor);
   if (!law_) return;
   for (AdaptiveLaw::Term& term : law_->terms) {
@@ -380,6 +384,7 @@ DesignProblem strip_to_conditions(const DesignProblem& problem) {
   stripped.search = problem.search;
   stripped.on_progress = problem.on_progress;
   stripped.cardinality_constraints = problem.cardinality_constraints;
+  stripped.all_different = problem.all_different;
   return stripped;
 }
 
@@ -392,6 +397,18 @@ std::vector<int> map_to_all_cases(const CaseSpace& cases, const std::vector<int>
           std::find(all.begin(), all.end(), index) == all.end())
         all.push_back(index);
   return all;
+}
+
+/// Numbers that must differ do so in each case; if none of them follows the load, all cases have the same group.
+std::vector<DifferentNumbers> map_to_each_case(const CaseSpace& cases, const std::vector<DifferentNumbers>& groups) {
+  std::vector<DifferentNumbers> mapped;
+  for (const DifferentNumbers& different : groups)
+    for (const auto& position : cases.variable_index) {
+      DifferentNumbers in_case{{}, different.taken};
+      for (const int number : different.numbers) in_case.numbers.push_back(position[static_cast<std::size_t>(number)]);
+      if (mapped.empty() || mapped.back().numbers != in_case.numbers) mapped.push_back(std::move(in_case));
+    }
+  return mapped;
 }
 
 /// Maps the free variables of the solution set from the numbers of all cases back to the spec.
@@ -455,11 +472,14 @@ MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, 
 /// The design problem of all cases combined.
 class LoadCaseStudy::CaseDesignModel final : public DesignModel {
  public:
-  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design)
+  /// @param motions shared with other models; null: its own
+  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design,
+                  std::shared_ptr<MotionCache> motions)
       : space_(std::move(space)),
         terms_(std::move(terms)),
         limits_(design.subject_to),
-        across_(design.cases.aggregation) {
+        across_(design.cases.aggregation),
+        motions_(motions ? std::move(motions) : std::make_shared<MotionCache>()) {
     for (const DesignSpace& one : space_.cases) required_motions_.emplace_back(one.start);
   }
 
@@ -469,14 +489,16 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   void build_figures(DesignProblem& problem) {
     const FreeSprings& loose = problem.options.loose_springs;
     figures_.emplace(space_, loose);
-    problem.limits = build_case_limits(space_, limits_, loose);
+    problem.limits = build_case_limits(space_, limits_, loose, *motions_);
     convex_limits_ = figures_->select_convex_limits(limits_);
-    if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose);
-    capabilities_ = {.has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
-                     .has_affine_terms = !terms_.empty() && figures_->are_affine(terms_, across_),
-                     .has_convex_limits = !convex_limits_.empty(),
-                     .are_all_limits_convex = convex_limits_.size() == limits_.size(),
-                     .can_fix_geometry = true};
+    if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose, *motions_);
+    capabilities_ = {
+        .has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
+        .has_affine_terms = !terms_.empty() && figures_->are_affine(terms_, across_),
+        .has_convex_limits = !convex_limits_.empty(),
+        .are_all_limits_convex = convex_limits_.size() == limits_.size(),
+        .are_samples_complete = balance::are_samples_complete(space_.cases.front().start, terms_, convex_limits_),
+        .can_fix_geometry = true};
   }
 
   Capabilities capabilities() const override { return capabilities_; }
@@ -501,18 +523,18 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     });
   }
   std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    return figures_->terms(terms_, across_, sampling, x);
+    return figures_->terms(terms_, across_, sampling, x, *motions_);
   }
   std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return figures_->limits(convex_limits_, x);
+    return figures_->limits(convex_limits_, x, *motions_);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {
-    return build_case_objective(space_.fix_others(x, free), terms_, across_, loose);
+    return build_case_objective(space_.fix_others(x, free), terms_, across_, loose, *motions_);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
                                               const FreeSprings& loose) const override {
-    return build_case_limits(space_.fix_others(x, free), limits_, loose);
+    return build_case_limits(space_.fix_others(x, free), limits_, loose, *motions_);
   }
 
  private:
@@ -530,6 +552,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   std::vector<ObjectiveTerm> terms_;
   std::vector<FigureLimit> limits_, convex_limits_;
   CaseAggregation across_;
+  std::shared_ptr<MotionCache> motions_;
   std::vector<RequiredMotions> required_motions_;
   std::optional<CaseFigures> figures_;
   Capabilities capabilities_;
@@ -548,6 +571,7 @@ DesignProblem LoadCaseStudy::make_problem() const {
       element.variables = map_to_all_cases(cases, element.variables);
       element.own_variables = map_to_all_cases(cases, element.own_variables);
     }
+  problem.all_different = map_to_each_case(cases, problem.all_different);
   problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
   case_model_->build_figures(problem);
@@ -559,7 +583,7 @@ LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions&
       options_(options),
       case_model_(std::make_shared<CaseDesignModel>(
           make_case_space(space), options.minimize.empty() ? space.start.design.minimize : options.minimize,
-          space.start.design)),
+          space.start.design, options.motions)),
       conditions_problem_(strip_to_conditions(make_design_problem(space_, options_))),
       problem_(make_problem()) {}
 

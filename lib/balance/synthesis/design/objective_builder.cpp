@@ -28,20 +28,9 @@
 
 namespace balance {
 
-const MotionCache::Entry& MotionCache::find(const Mechanism& mechanism, const Trajectory& trajectory,
-                                            const std::string& key, const std::function<void(Entry&)>& make) {
-  VectorX numbers = collect_motion_numbers(mechanism, trajectory);
-  for (const Entry& entry : entries_)
-    if (entry.key == key && entry.numbers == numbers) return entry;
-  entries_.push_back({std::move(numbers), key, {}, {}});
-  make(entries_.back());
-  return entries_.back();
-}
-
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
-                                             const VectorX& start, const FreeSprings& loose) {
+                                             const VectorX& start, const FreeSprings& loose, MotionCache& cache) {
   std::vector<DesignLimit> built;
-  MotionCache cache;
   for (const FigureLimit& limit : limits)
     built.push_back(
         {limit.text, build_objective(space, limit.terms, start, loose, cache), limit.is_lower, limit.bound});
@@ -168,15 +157,7 @@ CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstan
     return {};
   if (is_mass_dependent(trajectory) || !is_motion_fixed(space, start, term, loose)) return {};
   if (!is_moment_point_fixed(space, start, term)) return {};
-  const std::string key =
-      fmt::format("{} {} {} {}", trajectory.name, objective_term_name(term.figure), term.quantity, trajectory.samples);
-  return cache
-      .find(start.mechanism, trajectory, key,
-            [&](MotionCache::Entry& entry) {
-              const TrajectoryCost cost(start.mechanism, trajectory, loose);
-              entry.cost = cost.figure(term.figure, term.quantity).value_or(CostFunction{});
-            })
-      .cost;
+  return cache.cost(start.mechanism, trajectory, loose, term.figure, term.quantity);
 }
 
 bool is_scalar(const Mechanism& mechanism, const std::string& quantity) {
@@ -353,6 +334,12 @@ long coarse_sample_count(long samples) {
   return samples;
 }
 
+bool has_all_samples(const Study& study, const ObjectiveTerm& term, FigureSampling sampling) {
+  if (term.size != ObjectiveTerm::Size::none || sampling == FigureSampling::full) return true;
+  const Trajectory* trajectory = find_by_name(study.trajectories, term.trajectory);
+  return trajectory != nullptr && coarse_sample_count(trajectory->samples) == trajectory->samples;
+}
+
 /// One term; std::nullopt if the trajectory cannot be followed.
 std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, const ObjectiveTerm& term,
                                              const FreeSprings& loose, FigureSampling samples, MotionCache& cache) {
@@ -363,12 +350,10 @@ std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, con
   }
   Trajectory trajectory = find_trajectory(instance, term);
   if (samples == FigureSampling::coarse) trajectory.samples = coarse_sample_count(trajectory.samples);
-  const std::string key = fmt::format("{} {} {}", trajectory.name, term.quantity, trajectory.samples);
-  const MotionCache::Entry& entry = cache.find(instance.mechanism, trajectory, key, [&](MotionCache::Entry& made) {
-    made.rows = TrajectoryCost(instance.mechanism, trajectory, loose).rows(term.quantity);
-  });
-  if (!entry.rows) return std::nullopt;
-  figure.series = *entry.rows;
+  const std::shared_ptr<const MotionCache::Series> rows =
+      cache.rows(instance.mechanism, trajectory, loose, term.quantity);
+  if (!rows) return std::nullopt;
+  figure.series = *rows;
   const bool is_vector = !figure.series.empty() && figure.series.front().components > 1;
   if (figure.figure == Statistic::maximum && is_vector) figure.figure = Statistic::peak;
   return figure;
@@ -390,7 +375,8 @@ bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& te
 bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
   const DesignInstance start = space.instantiate(space.start_values());
   return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
-    return has_affine_quantity(start, term, {Statistic::rms, Statistic::peak, Statistic::maximum});
+    return has_affine_quantity(start, term, {Statistic::rms, Statistic::peak, Statistic::maximum, Statistic::range}) &&
+           is_convex(start.mechanism, term);
   });
 }
 
@@ -398,7 +384,8 @@ bool are_statistics_of_affine_quantities(const DesignSpace& space, const std::ve
   using enum Statistic;
   const DesignInstance start = space.instantiate(space.start_values());
   return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
-    return has_affine_quantity(start, term, {peak, rms, mean, range, minimum, maximum});
+    return has_affine_quantity(start, term, {peak, rms, mean, range, minimum, maximum}) &&
+           (term.figure != range || is_convex(start.mechanism, term));  // a range is two maxima of scalars
   });
 }
 
@@ -407,6 +394,17 @@ bool are_concave_in_parameters(const DesignSpace& space, const std::vector<Objec
   return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
     return has_affine_quantity(start, term, {Statistic::minimum}) && is_concave(start.mechanism, term);
   });
+}
+
+bool are_samples_complete(const Study& study, const std::vector<ObjectiveTerm>& terms,
+                          const std::vector<FigureLimit>& limits) {
+  const auto are_complete = [&](const std::vector<ObjectiveTerm>& sum, FigureSampling sampling) {
+    return std::all_of(sum.begin(), sum.end(),
+                       [&](const ObjectiveTerm& term) { return has_all_samples(study, term, sampling); });
+  };
+  return are_complete(terms, FigureSampling::coarse) &&
+         std::all_of(limits.begin(), limits.end(),
+                     [&](const FigureLimit& limit) { return are_complete(limit.terms, samples_for(limit)); });
 }
 
 std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
@@ -420,6 +418,11 @@ std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace&
     for (const ObjectiveTerm& term : terms) {
       std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling, cache);
       if (!figure) return std::nullopt;
+      if (figure->figure == Statistic::range) {
+        figure->figure = Statistic::maximum;
+        figures.push_back(*figure);
+        negate_minimum(*figure);
+      }
       figures.push_back(std::move(*figure));
     }
   } catch (const SpecError&) {

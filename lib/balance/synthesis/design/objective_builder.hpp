@@ -4,42 +4,27 @@
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
+#include "balance/synthesis/design/motion_cache.hpp"
 
-#include <deque>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace balance {
 
-/// Figures along motions that several load cases have in common. Cases that differ only in masses share them.
-class MotionCache {
- public:
-  struct Entry {
-    VectorX numbers;  ///< collect_motion_numbers
-    std::string key;
-    std::optional<std::vector<AffineSeries>> rows;
-    CostFunction cost;
-  };
-
-  /// The entry for a motion and what is asked of it. @param make fills a new one
-  const Entry& find(const Mechanism& mechanism, const Trajectory& trajectory, const std::string& key,
-                    const std::function<void(Entry&)>& make);
-
- private:
-  std::deque<Entry> entries_;
-};
-
 // Limits from `subject_to`.
 
 /// @param start, loose as for build_objective
 /// @throws std::invalid_argument as build_objective
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
-                                             const VectorX& start, const FreeSprings& loose);
+                                             const VectorX& start, const FreeSprings& loose, MotionCache& cache);
 
 /// The limits that are upper bounds of convex or lower bounds of concave functions of the parameters for any motion.
 std::vector<FigureLimit> select_convex_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits);
+
+/// Whether convex terms with coarse sampling, and limits, have all samples of their trajectories.
+bool are_samples_complete(const Study& study, const std::vector<ObjectiveTerm>& terms,
+                          const std::vector<FigureLimit>& limits);
 
 /// Such limits for the lengths and motion of x. @return std::nullopt if there is no motion
 std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace& space,

@@ -395,17 +395,54 @@ Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjec
 
 namespace {
 
+/// The best point at which both the objective and the inequalities of a search were evaluated and all are satisfied.
+class FeasiblePoints {
+ public:
+  void record_value(const VectorX& u, double value) {
+    value_ = {u, value};
+    compare();
+  }
+  /// @param margin of the worst inequality
+  void record_margin(const VectorX& u, double margin) {
+    margin_ = {u, margin};
+    compare();
+  }
+  const VectorX& best() const { return best_.first; }
+  double best_value() const { return best_.second; }
+
+ private:
+  void compare() {
+    const bool is_complete = value_.first.size() > 0 && value_.first.size() == margin_.first.size();
+    if (!is_complete || value_.first != margin_.first || !(margin_.second >= 0)) return;
+    if (best_.first.size() == 0 || value_.second < best_.second) best_ = value_;
+  }
+
+  std::pair<VectorX, double> value_, margin_, best_;
+};
+
 /// Gradient-based methods treat physical constraints and limits as inequalities.
+/// @return the best point within the limits, or, if there is none, where the search ended
 VectorX optimise_with_inequalities(const SolverContext& context, const ScaledObjective& objective,
                                    const VectorX& from) {
   NonlinearProgram program;
   program.size = context.scaling.size();
-  program.objective = [&](const VectorX& u, VectorX* gradient) { return objective(u, gradient); };
+  FeasiblePoints feasible;
+  program.objective = [&](const VectorX& u, VectorX* gradient) {
+    const double value = objective(u, gradient);
+    feasible.record_value(u, value);
+    return value;
+  };
   add_design_inequalities(context, program);
+  program.inequalities = [&, evaluate = program.inequalities](const VectorX& u, VectorX& values, MatrixX* jacobian) {
+    evaluate(u, values, jacobian);
+    feasible.record_margin(u, values.size() > 0 ? min_coefficient(values) : 0);
+  };
   ++context.budget.local_searches;
-  return search_locally(choose_local_method(context, objective), program, from,
-                        make_stopping_criteria(context, objective))
-      .u;
+  const VectorX end =
+      search_locally(choose_local_method(context, objective), program, from, make_stopping_criteria(context, objective))
+          .u;
+  if (feasible.best().size() == 0) return end;
+  return context.is_admissible(end) && objective(end, nullptr) <= feasible.best_value() ? end : feasible.best();
 }
 
 }  // namespace

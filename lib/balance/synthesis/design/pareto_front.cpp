@@ -149,6 +149,7 @@ DesignSpace without_front(DesignSpace space) {
 DesignStudyOptions own_terms(DesignStudyOptions options) {
   options.minimize.clear();
   options.compare_trajectories = false;
+  options.motions = std::make_shared<MotionCache>();
   return options;
 }
 
@@ -166,8 +167,8 @@ EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const
   const FreeSprings& loose = problem_.options.loose_springs;
   const CaseAggregation across = base_.start.design.cases.aggregation;
   for (const std::vector<ObjectiveTerm>& terms : request_.figures)
-    objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose)
-                                      : build_objective(base_, terms, base_.start_values(), loose));
+    objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose, *options_.motions)
+                                      : build_objective(base_, terms, base_.start_values(), loose, *options_.motions));
 }
 
 VectorX EpsilonConstraintSearch::no_limits() const {
@@ -242,6 +243,7 @@ void EpsilonConstraintSearch::add_load_cases(ParetoPoint& point) const {
   if (!has_cases() || point.all_cases.size() == 0) return;
   DesignStudyOptions full_options = options_;
   full_options.compare_trajectories = true;
+  full_options.on_progress = {};  // an interrupted front is reported, too
   point.report.outcome.x = point.all_cases;
   LoadCaseStudy(point.space, full_options).describe(point.report);
   measure_design(point.space, point.report);
@@ -259,7 +261,13 @@ std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstrain
   if (is_budget_exhausted_) return std::nullopt;
   ParetoPoint point;
   point.space = make_constrained_space(constraint);
-  search(point, make_search_options());
+  try {
+    search(point, make_search_options());
+  } catch (const DeadlineExceeded&) {
+    if (!options_.on_progress || options_.on_progress({used_time_, options_.search.max_time})) throw;
+    is_budget_exhausted_ = true;
+    return std::nullopt;
+  }
   ++searches_;
   const DesignOutcome& outcome = point.report.outcome;
   if (is_design(outcome)) point.values = values_at(has_cases() ? point.all_cases : outcome.x);

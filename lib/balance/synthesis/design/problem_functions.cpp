@@ -185,9 +185,13 @@ void DesignLimits::evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) con
 }
 
 bool DesignLimits::is_satisfied(const VectorX& u) const {
-  for (std::size_t k = 0; k < limits_.size(); ++k)
-    if (!(relative_violation(limits_[k], figures_[k](u, nullptr)) <= search_limit_tolerance)) return false;
+  for (int k = 0; k < size(); ++k)
+    if (!is_satisfied(u, k)) return false;
   return true;
+}
+
+bool DesignLimits::is_satisfied(const VectorX& u, int limit) const {
+  return relative_violation(limits_[static_cast<std::size_t>(limit)], value(u, limit)) <= search_limit_tolerance;
 }
 
 }  // namespace balance::design

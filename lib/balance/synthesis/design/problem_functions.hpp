@@ -63,6 +63,10 @@ class DesignLimits {
   void evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) const;
   /// Whether all limits are satisfied up to round-off.
   bool is_satisfied(const VectorX& u) const;
+  /// The same of one limit.
+  bool is_satisfied(const VectorX& u, int limit) const;
+  /// The figure that is limited.
+  double value(const VectorX& u, int limit) const { return figures_[static_cast<std::size_t>(limit)](u, nullptr); }
 
  private:
   const std::vector<DesignLimit>& limits_;

@@ -59,7 +59,19 @@ VectorX RequiredMotions::numbers(const DesignInstance& instance) const {
 }
 
 std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance) const {
+  constexpr std::size_t max_known_reasons = 128;
   if (!instance.mode_issue.empty()) return instance.mode_issue;
+  VectorX motion_numbers = numbers(instance);
+  for (const auto& [known_numbers, reason] : known_reasons_)
+    if (known_numbers == motion_numbers) return reason;
+  std::string reason = simulate_motions(instance);
+  known_reasons_.emplace_front(std::move(motion_numbers), reason);
+  if (known_reasons_.size() > max_known_reasons) known_reasons_.pop_back();
+  return reason;
+}
+
+/// Why the first of the motions cannot be performed.
+std::string RequiredMotions::simulate_motions(const DesignInstance& instance) const {
   for (const Trajectory& trajectory : instance.trajectories) {
     if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
     const std::string why = motion_failure_reason(instance.mechanism, reduce_samples(trajectory));
@@ -92,11 +104,7 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
 }
 
 VectorX collect_motion_numbers(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Mechanism massless = mechanism;
-  for (Body& body : massless.bodies) body.mass = 0, body.com.setZero(), body.inertia.setZero();
-  for (Attachment& extra : massless.attachments) extra.mass = 0, extra.position.setZero(), extra.inertia.setZero();
-  for (Disc& disc : massless.discs) disc.mass = 0, disc.inertia.setZero();
-  for (Spring& spring : massless.springs) spring.stiffness = spring.preload = 0;
+  const Mechanism massless = without_masses(mechanism);
   std::vector<double> numbers;
   const auto collect = [&](double x) {
     numbers.push_back(x);

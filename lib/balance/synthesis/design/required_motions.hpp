@@ -3,7 +3,9 @@
 
 #include "balance/motion/study/design_space.hpp"
 
+#include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -23,8 +25,12 @@ class RequiredMotions {
   std::string infeasibility_reason(const DesignInstance& instance) const;
 
  private:
+  std::string simulate_motions(const DesignInstance& instance) const;
+
   std::vector<CoordinateValue> coordinates_;
   std::vector<std::string> motions_;
+  /// Numbers and answers of the last instances: most designs that a search compares differ only in masses.
+  mutable std::deque<std::pair<VectorX, std::string>> known_reasons_;
 };
 
 // Trial designs all of whose expressions have values.
@@ -35,6 +41,16 @@ std::string find_validation_issue(const Mechanism& mechanism);
 /// The mechanism and its trajectories for values of the free numbers.
 /// @throws SpecError if an expression of the mechanism has no value
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x);
+
+/// The mechanism without masses, inertias, their places, and the springs' stiffness.
+template <class T>
+MechanismOf<T> without_masses(MechanismOf<T> mechanism) {
+  for (auto& body : mechanism.bodies) body.mass = 0, body.com.setZero(), body.inertia.setZero();
+  for (auto& extra : mechanism.attachments) extra.mass = 0, extra.position.setZero(), extra.inertia.setZero();
+  for (auto& disc : mechanism.discs) disc.mass = 0, disc.inertia.setZero();
+  for (auto& spring : mechanism.springs) spring.stiffness = spring.preload = 0;
+  return mechanism;
+}
 
 /// All numbers of a mechanism and a trajectory that its motion along it, and forces per unit of the parameters, depend on:
 /// all but masses, inertias, the attachments' places and the springs' stiffness. Trajectories that depend on masses

@@ -17,7 +17,10 @@ class SearchBudget {
  public:
   /// @param on_progress as DesignProblem::on_progress
   explicit SearchBudget(double seconds, std::function<bool(const SearchProgress&)> on_progress = {})
-      : on_progress_(std::move(on_progress)), start_time_(thread_cpu_time()), end_time_(start_time_ + seconds) {}
+      : on_progress_(std::move(on_progress)),
+        seconds_(seconds),
+        start_time_(thread_cpu_time()),
+        end_time_(start_time_ + seconds) {}
 
   /// [s], positive.
   double remaining_time() const {
@@ -33,22 +36,23 @@ class SearchBudget {
     const double now = thread_cpu_time();
     if (!on_progress_ || is_interrupted_ || now < next_poll_time_) return is_interrupted_;
     next_poll_time_ = now + 0.03;
-    is_interrupted_ =
-        !on_progress_({now - start_time_, end_time_ - start_time_, starts, local_searches, geometries, evaluations});
-    stopped = stopped || is_interrupted_;
-    return is_interrupted_;
+    is_interrupted_ = !on_progress_({now - start_time_, seconds_, starts, local_searches, geometries, evaluations});
+    if (!is_interrupted_) return false;
+    stopped = true;
+    end_time_ = std::min(end_time_, now);  // with the same grace period, so that what was found gives a design
+    return true;
   }
   /// Begins a search, which lasts until finish_search.
   void begin_search() {
-    deadline_.emplace(end_time_ + grace_period - thread_cpu_time(), [this] { return is_interrupted(); });
+    deadline_.emplace(end_time_ + grace_period - thread_cpu_time(), [this] { return is_interrupted() && is_late(); });
   }
   void finish_search() { deadline_.reset(); }
   /// Whether a search has exceeded its time limit and the grace period. Evaluations then yield no value, which ends the
   /// search. Before and after a search they are not limited.
   bool is_past_deadline() {
-    const bool is_late = deadline_ && (is_interrupted_ || thread_cpu_time() >= end_time_ + grace_period);
-    stopped = stopped || is_late;
-    return is_late;
+    if (!deadline_ || !is_late()) return false;
+    stopped = true;
+    return true;
   }
   /// is_interrupted as a callback for another search.
   std::function<bool()> make_stop_callback() {
@@ -69,8 +73,10 @@ class SearchBudget {
   /// Time after the end [s] that permits a first evaluation even if no time is left at the beginning.
   static constexpr double grace_period = 0.2;
 
+  bool is_late() const { return thread_cpu_time() >= end_time_ + grace_period; }
+
   std::function<bool(const SearchProgress&)> on_progress_;
-  double start_time_, end_time_, next_poll_time_ = 0;
+  double seconds_, start_time_, end_time_, next_poll_time_ = 0;
   bool is_interrupted_ = false;
   std::optional<Deadline> deadline_;  ///< during a search
 };

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/design/all_different.hpp"
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
@@ -154,24 +155,13 @@ class DesignRater {
   std::optional<ConditionResidual> rows_;
 };
 
-/// Whether a variable has the value of another one from which it must differ.
-/// @param is_set variables that have a value
-bool equals_another(const DesignProblem& problem, const VectorX& x, int variable, const std::vector<bool>& is_set) {
-  for (const std::vector<int>& group : problem.all_different) {
-    if (std::find(group.begin(), group.end(), variable) == group.end()) continue;
-    for (const int other : group)
-      if (other != variable && is_set[static_cast<std::size_t>(other)] && is_same_size(x[other], x[variable]))
-        return true;
-  }
-  return false;
-}
-
-/// Visits the combinations of sizes: the last variable changes first, each from its start value outwards.
+/// Visits the combinations of sizes that differ where they must: the last variable changes first, each from its start
+/// value outwards. No branch ends without a combination, because groups are disjoint.
 class CombinationVisitor {
  public:
   CombinationVisitor(const DesignProblem& problem, std::vector<int> order)
-      : problem_(problem), order_(std::move(order)), is_set_(problem.variables.size(), false) {
-    x_.resize(static_cast<Eigen::Index>(problem.variables.size()));
+      : all_different_(problem), order_(std::move(order)), is_set_(problem.variables.size(), false) {
+    x_.setZero(static_cast<Eigen::Index>(problem.variables.size()));
     for (const int i : order_) {
       const DesignVariable& variable = problem.variables[static_cast<std::size_t>(i)];
       sizes_.push_back(variable.discrete_values);
@@ -182,7 +172,9 @@ class CombinationVisitor {
 
   /// @param visit returns false to end
   /// @return whether all combinations were visited
-  bool run(const std::function<bool(const VectorX&)>& visit) { return descend(0, visit); }
+  bool run(const std::function<bool(const VectorX&)>& visit) {
+    return !all_different_.can_complete(x_, is_set_) || descend(0, visit);
+  }
 
  private:
   bool descend(std::size_t depth, const std::function<bool(const VectorX&)>& visit) {
@@ -190,16 +182,16 @@ class CombinationVisitor {
     const int i = order_[depth];
     for (const double size : sizes_[depth]) {
       x_[i] = size;
-      if (equals_another(problem_, x_, i, is_set_)) continue;
+      if (all_different_.is_violated_by(i, x_, is_set_)) continue;
       is_set_[static_cast<std::size_t>(i)] = true;
-      const bool goes_on = descend(depth + 1, visit);
+      const bool goes_on = !all_different_.can_complete(x_, is_set_) || descend(depth + 1, visit);
       is_set_[static_cast<std::size_t>(i)] = false;
       if (!goes_on) return false;
     }
     return true;
   }
 
-  const DesignProblem& problem_;
+  AllDifferent all_different_;
   std::vector<int> order_;
   std::vector<std::vector<double>> sizes_;  ///< of each variable in this order
   VectorX x_;
@@ -284,18 +276,6 @@ class CombinationRater {
 
 }  // namespace
 
-bool is_same_size(double a, double b) {
-  constexpr double size_tolerance = 1e-12;  // round-off of multiples of a step and of units
-  return std::abs(a - b) <= size_tolerance * std::max(std::abs(a), std::abs(b));
-}
-
-bool violates_all_different(const DesignProblem& problem, const VectorX& x) {
-  const std::vector<bool> all(problem.variables.size(), true);
-  for (int i = 0; i < static_cast<int>(all.size()); ++i)
-    if (equals_another(problem, x, i, all)) return true;
-  return false;
-}
-
 long count_combinations(const DesignProblem& problem, const std::vector<int>& variables, long limit) {
   double product = 1;
   for (const int i : variables)
@@ -318,6 +298,7 @@ class SizeExchange {
   /// @param rater of the problem
   SizeExchange(const DesignProblem& problem, SearchBudget& budget, CombinationRater& rater, long max_combinations)
       : problem_(problem),
+        all_different_(problem),
         budget_(budget),
         max_combinations_(max_combinations),
         rater_(rater),
@@ -327,15 +308,19 @@ class SizeExchange {
   }
 
   /// A single search, from the start values.
-  SizeSearchResult descend_from_start() { return descend(first_start()); }
+  SizeSearchResult descend_from_start() {
+    const std::optional<VectorX> start = first_start();
+    return start ? descend(*start) : SizeSearchResult{};
+  }
   long tried_count() const { return static_cast<long>(tried_.size()); }
   bool has_tried(const VectorX& x) const { return tried_.contains(std::vector<double>(x.begin(), x.end())); }
 
   SizeSearchResult run() {
     std::vector<DesignRating> ends;
     budget_.local_searches = 0;
-    while (!is_spent() && !have_searches_agreed(ends)) {
-      const SizeSearchResult end = descend(ends.empty() ? first_start() : random_start());
+    const std::optional<VectorX> first = first_start();
+    while (first && !is_spent() && !have_searches_agreed(ends)) {
+      const SizeSearchResult end = descend(ends.empty() ? *first : random_start(*first));
       ++budget_.local_searches;
       if (end.x.size() == 0) continue;
       ends.push_back(end.rating);
@@ -365,33 +350,31 @@ class SizeExchange {
     return searches >= min_exchange_searches && count_equal_ends(ends) >= min_equal_ends;
   }
 
-  VectorX first_start() const {
-    VectorX x(static_cast<Eigen::Index>(problem_.variables.size()));
+  /// The combination nearest to the start values, number by number; std::nullopt if there is none.
+  std::optional<VectorX> first_start() const {
+    std::optional<VectorX> start;
     CombinationVisitor(problem_, order_).run([&](const VectorX& first) {
-      x = first;
+      start = first;
       return false;
     });
-    return x;
+    return start;
   }
 
-  VectorX random_start() {
-    constexpr int max_attempts = 100;
-    for (int attempt = 0; attempt < max_attempts; ++attempt) {
-      VectorX x(static_cast<Eigen::Index>(problem_.variables.size()));
-      std::vector<bool> is_set(problem_.variables.size(), false);
-      for (const int i : order_) {
-        std::vector<double> sizes = problem_.variables[static_cast<std::size_t>(i)].discrete_values;
-        std::erase_if(sizes, [&](double size) {
-          x[i] = size;
-          return equals_another(problem_, x, i, is_set);
-        });
-        if (sizes.empty()) break;
-        x[i] = sizes[static_cast<std::size_t>(random_(0, static_cast<double>(sizes.size())))];
-        is_set[static_cast<std::size_t>(i)] = true;
-      }
-      if (std::find(is_set.begin(), is_set.end(), false) == is_set.end()) return x;
+  /// @param any a combination, whose sizes do not matter
+  VectorX random_start(const VectorX& any) {
+    VectorX x = any;
+    std::vector<bool> is_set(problem_.variables.size(), false);
+    for (const int i : order_) {
+      const auto k = static_cast<std::size_t>(i);
+      std::vector<double> sizes = problem_.variables[k].discrete_values;
+      is_set[k] = true;
+      std::erase_if(sizes, [&](double size) {
+        x[i] = size;
+        return all_different_.is_violated_by(i, x, is_set) || !all_different_.can_complete(x, is_set);
+      });
+      x[i] = sizes[static_cast<std::size_t>(random_(0, static_cast<double>(sizes.size())))];
     }
-    return first_start();
+    return x;
   }
 
   /// x with another size of a variable. If another variable must differ from it and has that size, they are swapped.
@@ -399,18 +382,13 @@ class SizeExchange {
   std::optional<VectorX> exchange(const VectorX& x, int variable, double size) const {
     VectorX y = x;
     y[variable] = size;
-    for (const std::vector<int>& group : problem_.all_different) {
-      if (std::find(group.begin(), group.end(), variable) == group.end()) continue;
-      for (const int other : group) {
-        if (other == variable || !is_same_size(y[other], size)) continue;
-        const std::vector<double>& sizes = problem_.variables[static_cast<std::size_t>(other)].discrete_values;
-        const auto own = std::find_if(sizes.begin(), sizes.end(),
-                                      [&](double candidate) { return is_same_size(candidate, x[variable]); });
-        if (own == sizes.end()) return std::nullopt;
-        y[other] = *own;
-      }
+    for (const int other : all_different_.find_equal(variable, y)) {
+      const std::vector<double>& sizes = problem_.variables[static_cast<std::size_t>(other)].discrete_values;
+      y[other] = *std::min_element(sizes.begin(), sizes.end(), [own = x[variable]](double a, double b) {
+        return std::abs(a - own) < std::abs(b - own);
+      });
     }
-    return violates_all_different(problem_, y) ? std::nullopt : std::optional<VectorX>(y);
+    return all_different_.is_violated(y) ? std::nullopt : std::optional<VectorX>(y);
   }
 
   bool try_combination(const VectorX& x, SizeSearchResult& end) {
@@ -430,7 +408,7 @@ class SizeExchange {
       for (const int i : order_)
         for (const double size : problem_.variables[static_cast<std::size_t>(i)].discrete_values) {
           if (is_spent()) return end;
-          if (is_same_size(size, x[i])) continue;
+          if (size == x[i]) continue;
           const std::optional<VectorX> candidate = exchange(x, i, size);
           if (!candidate || !try_combination(*candidate, end)) continue;
           x = end.x;
@@ -441,6 +419,7 @@ class SizeExchange {
   }
 
   const DesignProblem& problem_;
+  AllDifferent all_different_;
   SearchBudget& budget_;
   long max_combinations_;
   CombinationRater& rater_;

@@ -35,13 +35,8 @@ struct SizeSearchResult {
 /// Whether every variable has sizes and nothing else is to be chosen.
 bool is_finite(const DesignProblem& problem);
 
-/// Whether two sizes are the same up to round-off.
-bool is_same_size(double a, double b);
-
-/// Whether two variables that must differ have the same value.
-bool violates_all_different(const DesignProblem& problem, const VectorX& x);
-
-/// Number of combinations of sizes of some variables that differ where they must; `limit` if there are as many or more.
+/// Number of combinations of sizes of some variables that differ where they must, whatever sizes the others have;
+/// `limit` if there are as many or more.
 long count_combinations(const DesignProblem& problem, const std::vector<int>& variables, long limit);
 
 /// Rates all combinations until the time ends, first those that exchanges of single sizes lead to from the start

@@ -309,10 +309,9 @@ MatrixX stack(const std::vector<MatrixX>& blocks, Eigen::Index columns) {
 }  // namespace
 
 bool FigureFace::is_complete() const {
-  return std::all_of(figures_.begin(), figures_.end(), [](const AffineFigure& figure) {
-    return figure.weight >= 0 &&
-           (figure.coefficients.size() > 0 || figure.figure == Statistic::rms || is_of_largest_samples(figure));
-  });
+  return figures_.size() == 1 && figures_.front().weight >= 0 &&
+         (figures_.front().coefficients.size() > 0 || figures_.front().figure == Statistic::rms ||
+          is_of_largest_samples(figures_.front()));
 }
 
 MatrixX FigureFace::find_constant_rows(const MatrixX& slopes) const {

@@ -34,7 +34,8 @@ class FigureFace {
   /// @return std::nullopt if the model has no affine terms, or no motion at u
   static std::optional<FigureFace> make(const SolverContext& context, const VectorX& u);
 
-  /// Whether a figure changes as soon as the rows below do not vanish: not so for means and ranges.
+  /// Whether the objective changes as soon as the rows below do not vanish: not so for means, and for sums, of which
+  /// one figure may make up for another.
   bool is_complete() const;
   /// Rows over the parameters that vanish for changes with which no figure changes: the samples at which a peak or a
   /// maximum is reached, all samples of other statistics.

@@ -254,11 +254,10 @@ namespace {
 
 /// Interface to figures of planar and spatial mechanisms.
 struct FigureSource {
-  MotionOutcome outcome;
-
   virtual ~FigureSource() = default;
-  virtual std::optional<CostFunction> figure(Statistic figure, const std::string& name) const = 0;
-  virtual std::optional<std::vector<AffineSeries>> rows(const std::string& name) const = 0;
+  virtual const MotionOutcome& outcome() = 0;
+  virtual std::optional<CostFunction> figure(Statistic figure, const std::string& name) = 0;
+  virtual std::vector<std::optional<std::vector<AffineSeries>>> rows(const std::vector<std::string>& names) = 0;
 };
 
 template <class S>
@@ -266,38 +265,47 @@ class FixedMotion : public FigureSource {
  public:
   FixedMotion(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose)
       : mechanism_(mechanism), trajectory_(trajectory), loose_(loose), motion_(mechanism_, trajectory_) {
-    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, Detail::forces);
-    outcome = visit_samples(source, [&] { ++sample_count_; }) ? source.completed_outcome() : source.outcome();
-    if (outcome.status == MotionStatus::done) set_units();
+    set_units();
   }
 
-  std::optional<CostFunction> figure(Statistic figure, const std::string& name) const override {
+  const MotionOutcome& outcome() override {
+    if (!is_traversed_) collect({}, [](std::size_t, const MatrixX&, double) {});
+    return outcome_;
+  }
+
+  std::optional<CostFunction> figure(Statistic figure, const std::string& name) override {
     const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
-    if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
+    if (!quantity || is_impossible()) return std::nullopt;
     std::vector<CostSeries> series;
-    for (SequentialQr& qr : triangles(*quantity)) series.push_back({RowSpace(qr.triangle(), units_), std::nullopt});
+    std::vector<SequentialQr> factors = triangles(*quantity);
+    if (is_impossible()) return std::nullopt;
+    for (SequentialQr& qr : factors) series.push_back({RowSpace(qr.triangle(), units_), std::nullopt});
     if (figure != Statistic::rms) store_samples(*quantity, series);
     return make_worst_cost(figure, std::move(series), units_.scale.size() - 1);
   }
 
-  std::optional<std::vector<AffineSeries>> rows(const std::string& name) const override {
-    const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
-    if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
-    std::vector<AffineSeries> series(series_count(*quantity));
-    Eigen::Index sample = 0;
-    collect(*quantity, [&](const MatrixX& rows, double weight) {
-      const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
-      for (std::size_t s = 0; s < series.size(); ++s) {
-        AffineSeries& one = series[s];
-        if (sample == 0)
-          one = {MatrixX(sample_count_ * rows_per_series, rows.cols()), rows_per_series, VectorX(sample_count_)};
-        one.rows.middleRows(sample * rows_per_series, rows_per_series) =
-            rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series);
-        one.time_weights[sample] = weight;
+  std::vector<std::optional<std::vector<AffineSeries>>> rows(const std::vector<std::string>& names) override {
+    std::vector<std::optional<std::vector<AffineSeries>>> all(names.size());
+    std::vector<CostQuantity> quantities;
+    std::vector<std::size_t> position;  // of each of them among the names
+    for (std::size_t q = 0; q < names.size(); ++q)
+      if (const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, names[q])) {
+        quantities.push_back(*quantity);
+        position.push_back(q);
+        all[q].emplace(series_count(*quantity));
       }
-      ++sample;
+    if (is_impossible()) return std::vector<std::optional<std::vector<AffineSeries>>>(names.size());
+    std::vector<Eigen::Index> samples(quantities.size(), 0);
+    collect(quantities, [&](std::size_t q, const MatrixX& rows, double weight) {
+      append_sample(rows, weight, samples[q]++, *all[position[q]]);
     });
-    return series;
+    if (is_impossible()) return std::vector<std::optional<std::vector<AffineSeries>>>(names.size());
+    for (const std::size_t q : position)
+      for (AffineSeries& one : *all[q]) {
+        one.rows.conservativeResize(sample_count_ * one.components, Eigen::NoChange);
+        one.time_weights.conservativeResize(sample_count_);
+      }
+    return all;
   }
 
  private:
@@ -328,22 +336,62 @@ class FixedMotion : public FigureSource {
            });
   }
 
-  /// Evaluates a quantity along the whole motion.
-  /// @param add called for each sample with the rows of the quantity and their weight in the average
+  /// Whether it is known that the mechanism cannot follow the trajectory.
+  bool is_impossible() const { return is_traversed_ && outcome_.status != MotionStatus::done; }
+
+  /// Evaluates quantities along the whole motion, and determines its outcome.
+  /// @param add called for each sample and quantity with the number of the quantity, its rows and their weight in the
+  /// average
   template <class Add>
-  void collect(const CostQuantity& quantity, Add add) const {
-    const bool needs_velocities = quantity.kind == CostQuantity::Kind::kinetic_energy;  // of all origins
-    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, needs_velocities ? Detail::all : Detail::forces);
-    ForceRegressor<S> forces(mechanism_, source.tree(), motion_.plan.freedoms, trajectory_.about, loose_);
-    const double duration = source.prescribed_motion().duration();
-    TrapezoidalAverage trapezoids([&](const MatrixX& rows, double weight) { add(rows, weight / duration); });
-    MatrixX rows;
-    visit_samples(source, [&] {
-      forces.evaluate(source.stepper(), quantity, rows);
-      zero_absent_payloads(source.payloads(), rows);
-      trapezoids.add_sample(source.time(), rows);
+  void collect(const std::vector<CostQuantity>& quantities, Add add) {
+    const bool needs_velocities = std::any_of(quantities.begin(), quantities.end(), [](const CostQuantity& quantity) {
+      return quantity.kind == CostQuantity::Kind::kinetic_energy;  // of all origins
     });
-    trapezoids.finish();
+    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, needs_velocities ? Detail::all : Detail::forces);
+    Eigen::Index sample_count = 0;
+    bool is_complete = false;
+    if (source.outcome().status == MotionStatus::done) {
+      ForceRegressor<S> forces(mechanism_, source.tree(), motion_.plan.freedoms, trajectory_.about, loose_);
+      const double duration = source.prescribed_motion().duration();
+      const auto make_average = [&](std::size_t q) {
+        return [&add, q, duration](const MatrixX& rows, double weight) { add(q, rows, weight / duration); };
+      };
+      std::vector<TrapezoidalAverage<decltype(make_average(0))>> averages;
+      for (std::size_t q = 0; q < quantities.size(); ++q) averages.emplace_back(make_average(q));
+      std::vector<MatrixX> rows(quantities.size());
+      is_complete = visit_samples(source, [&] {
+        ++sample_count;
+        for (std::size_t q = 0; q < quantities.size(); ++q) {
+          forces.evaluate(source.stepper(), quantities[q], rows[q]);
+          zero_absent_payloads(source.payloads(), rows[q]);
+          averages[q].add_sample(source.time(), rows[q]);
+        }
+      });
+      if (is_complete)
+        for (auto& average : averages) average.finish();
+    }
+    if (is_traversed_) return;
+    is_traversed_ = true;
+    sample_count_ = sample_count;
+    outcome_ = is_complete ? source.completed_outcome() : source.outcome();
+  }
+
+  /// @param sample its number, from 0
+  /// @param series storage grows as needed
+  void append_sample(const MatrixX& rows, double weight, Eigen::Index sample, std::vector<AffineSeries>& series) const {
+    const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
+    for (std::size_t s = 0; s < series.size(); ++s) {
+      AffineSeries& one = series[s];
+      one.components = rows_per_series;
+      if (sample == one.time_weights.size()) {
+        const Eigen::Index capacity = std::max<Eigen::Index>({trajectory_.samples, min_time_steps + 1, 2 * sample});
+        one.rows.conservativeResize(capacity * rows_per_series, rows.cols());
+        one.time_weights.conservativeResize(capacity);
+      }
+      one.rows.middleRows(sample * rows_per_series, rows_per_series) =
+          rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series);
+      one.time_weights[sample] = weight;
+    }
   }
 
   /// Zeroes the columns of payloads that are not attached.
@@ -359,9 +407,9 @@ class FixedMotion : public FigureSource {
     return quantity.of_actuators() ? mechanism_.actuators.size() : quantity.of_joints() ? mechanism_.joints.size() : 1;
   }
 
-  std::vector<SequentialQr> triangles(const CostQuantity& quantity) const {
+  std::vector<SequentialQr> triangles(const CostQuantity& quantity) {
     std::vector<SequentialQr> factors(series_count(quantity), SequentialQr(units_.scale.size()));
-    collect(quantity, [&](const MatrixX& rows, double weight) {
+    collect({quantity}, [&](std::size_t, const MatrixX& rows, double weight) {
       const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(factors.size());
       for (std::size_t s = 0; s < factors.size(); ++s)
         factors[s].add(rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series), weight);
@@ -370,9 +418,9 @@ class FixedMotion : public FigureSource {
   }
 
   /// Second pass along the motion, because all samples of all parameters would take too much memory.
-  void store_samples(const CostQuantity& quantity, std::vector<CostSeries>& series) const {
+  void store_samples(const CostQuantity& quantity, std::vector<CostSeries>& series) {
     Eigen::Index sample = 0;
-    collect(quantity, [&](const MatrixX& rows, double weight) {
+    collect({quantity}, [&](std::size_t, const MatrixX& rows, double weight) {
       const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
       for (std::size_t s = 0; s < series.size(); ++s) {
         CostSeries& one = series[s];
@@ -390,19 +438,22 @@ class FixedMotion : public FigureSource {
   Trajectory trajectory_;
   FreeSprings loose_;
   CompiledMotion<S> motion_;
-  Eigen::Index sample_count_ = 0;
   ColumnScales units_;
+  // determined by the first pass along the motion
+  bool is_traversed_ = false;
+  MotionOutcome outcome_;
+  Eigen::Index sample_count_ = 0;
 };
 
 }  // namespace
 
 struct TrajectoryCost::Implementation {
-  std::unique_ptr<const FigureSource> source;
+  std::unique_ptr<FigureSource> source;
 };
 
 TrajectoryCost::TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
-  std::unique_ptr<const FigureSource> source;
+  std::unique_ptr<FigureSource> source;
   dispatch_space(mechanism.space,
                  [&]<class S>(S) { source = std::make_unique<FixedMotion<S>>(mechanism, trajectory, loose); });
   implementation_ = std::make_shared<const Implementation>(Implementation{std::move(source)});
@@ -412,14 +463,15 @@ TrajectoryCost::~TrajectoryCost() = default;
 TrajectoryCost::TrajectoryCost(TrajectoryCost&&) noexcept = default;
 TrajectoryCost& TrajectoryCost::operator=(TrajectoryCost&&) noexcept = default;
 
-const MotionOutcome& TrajectoryCost::outcome() const { return implementation_->source->outcome; }
+const MotionOutcome& TrajectoryCost::outcome() const { return implementation_->source->outcome(); }
 
 std::optional<CostFunction> TrajectoryCost::figure(Statistic figure, const std::string& quantity) const {
   return implementation_->source->figure(figure, quantity);
 }
 
-std::optional<std::vector<AffineSeries>> TrajectoryCost::rows(const std::string& quantity) const {
-  return implementation_->source->rows(quantity);
+std::vector<std::optional<std::vector<AffineSeries>>> TrajectoryCost::rows(
+    const std::vector<std::string>& quantities) const {
+  return implementation_->source->rows(quantities);
 }
 
 bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity) {

@@ -45,7 +45,7 @@ using CostFunction = std::function<double(const VectorX& parameters, VectorX* gr
 
 class TrajectoryCost {
  public:
-  /// Solves the motion. For CoM drives, the motion is that of the mechanism's own masses.
+  /// Solves the start pose. For CoM drives, the motion is that of the mechanism's own masses.
   /// @param loose springs whose parameters are all products of stiffness and end points
   /// @throws std::invalid_argument if trajectory and mechanism do not match
   TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose = {});
@@ -53,20 +53,21 @@ class TrajectoryCost {
   TrajectoryCost(TrajectoryCost&&) noexcept;
   TrajectoryCost& operator=(TrajectoryCost&&) noexcept;
 
-  /// If not `done`, the mechanism cannot follow the trajectory and there are no figures.
+  /// If not `done`, the mechanism cannot follow the trajectory and there are no figures. Passes along the motion unless
+  /// that has been done.
   const MotionOutcome& outcome() const;
 
   /// @param quantity a force, moment, power or the kinetic energy by its name in a run, or one of its components:
   /// "torque", "power[A1]", "shaking_force[x]", "shaking_moment[z] about ground.P", "joint_force[B]"
   /// Passes along the motion once (rms) or twice; the returned function does not, and does not depend on this object.
   /// Peak, rms, mean and maximum are convex; at a kink the gradient is one-sided.
-  /// @return std::nullopt if the quantity does not exist or is not linear in the parameters
+  /// @return std::nullopt if the quantity does not exist, is not linear in the parameters, or there is no motion
   std::optional<CostFunction> figure(Statistic figure, const std::string& quantity) const;
 
-  /// The rows of the quantity. There is one series per actuator or joint if the worst one counts. Passes along the motion
-  /// once.
+  /// The rows of each quantity. There is one series per actuator or joint if the worst one counts. Passes along the
+  /// motion once.
   /// @return std::nullopt as above
-  std::optional<std::vector<AffineSeries>> rows(const std::string& quantity) const;
+  std::vector<std::optional<std::vector<AffineSeries>>> rows(const std::vector<std::string>& quantities) const;
 
  private:
   struct Implementation;
