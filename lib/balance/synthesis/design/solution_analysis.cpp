@@ -578,10 +578,24 @@ MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObje
   return objective->is_simulated() ? MatrixX(u.size(), 0) : find_flat_directions(*objective, basis, u);
 }
 
+namespace {
+
+/// Whether a limit of zero is active: its figure has a kink there if it is a peak or an rms.
+bool has_active_limit_at_zero(const SolverContext& context, const VectorX& u) {
+  for (int k = 0; k < context.limits->size(); ++k)
+    if (context.problem.limits[static_cast<std::size_t>(k)].bound == 0 &&
+        std::abs(context.limits->value(u, k)) <= limit_tolerance)
+      return true;
+  return false;
+}
+
+}  // namespace
+
 SolutionSet analyse_solution_set(const SolverContext& context, const ScaledObjective* objective,
                                  const Conditions& conditions, const VectorX& u) {
   SolutionSet solution_set;
   MatrixX jacobian;
+  if (has_active_limit_at_zero(context, u)) return solution_set;
   if (!compute_jacobian(context, conditions, u, jacobian)) return solution_set;
   const MatrixX limits = active_constraint_normals(context, u);
   const MatrixX free = restrict_to_null_space(
