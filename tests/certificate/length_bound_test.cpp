@@ -167,7 +167,7 @@ TEST_CASE("lengths: no box has a bound above the least mass at any of its length
           const double part = sample == 0 ? std::round(unit(random)) : unit(random);
           x[length] = box.lower[length] + part * (box.upper[length] - box.lower[length]);
         }
-        const std::optional<double> value = least_mass(space, geometry.linkage, x);
+        const std::optional<double> value = compute_min_mass(space, geometry.linkage, x);
         if (!value) continue;
         ++compared;
         CHECK_MESSAGE(result.bound <= *value * (1 + relative_tolerance), spec, " ", trial);

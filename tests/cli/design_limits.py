@@ -6,6 +6,7 @@ import re
 import unittest
 
 from _program import Case, config, run
+from _search_problems import problem
 
 
 def arm(design):
@@ -86,6 +87,43 @@ class Limits(Case):
         self.assertEqual(count, 1)
         self.write("out.yaml", lighter)
         self.assertGreater(self.figure("cycloid", "torque[R2]", "peak"), 3)
+
+    def test_a_range_of_what_has_a_sign_is_convex_and_proved(self):
+        linkage = problem(12).split("design: {")[0]
+        found = self.design(linkage + 'design: {minimize: {range: shaking_moment, along: go}}\n', 0)
+        value = found["objective"]["value"]
+        self.assertEqual(found["optimality"], "proved-best")
+        self.assertAlmostEqual(found["objective"]["lower_bound"], value, delta=1e-6 * value)
+        self.assertAlmostEqual(self.figure("go", "shaking_moment", "range"), value, delta=1e-9 * value)
+        # as a limit it is kept, and costs no proof
+        limit = f'subject_to: ["range(shaking_moment, go) <= {1.2 * value!r}"]'
+        limited = self.design(linkage + f'design: {{minimize: {{rms: torque, along: go}}, {limit}}}\n', 0)
+        self.assertEqual(limited["optimality"], "proved-best")
+        self.assertLessEqual(self.figure("go", "shaking_moment", "range"), 1.2 * value * (1 + 1e-9))
+        # beside a free length, which can only help
+        longer = re.sub(r"l_rocker: ([0-9.]+)", r"l_rocker: {free: [0.95*\1, 1.05*\1], start: \1}", linkage)
+        free = self.design(longer + f"design: {{minimize: {{rms: torque, along: go}}, {limit}, search: {{seconds: 3}}}}\n", 0)
+        self.assertEqual(free["search"]["without_design"], 0)
+        self.assertLessEqual(free["objective"]["value"], limited["objective"]["value"] * (1 + 1e-9))
+
+    def test_a_limit_on_a_length_bounds_the_search_for_lengths(self):
+        """Every start ends within it, also where the best figure without the limit is beyond it."""
+        spring = """space: planar
+gravity: [0, -9.81]
+parameters: {k: {free: [0, 2000]}, h: {free: [0.05, 0.4], start: 0.2}, s: {free: [0.05, 0.25], start: 0.1}}
+ground: {points: {O: [0, 0], S: [0, h]}}
+bodies: {arm: {mass: 3, com: [0.3, 0], inertia: 0.05, points: {O: [0, 0], P: [s, 0]}}}
+joints: {A: {type: revolute, connects: [ground.O, arm.O]}}
+actuators: [A]
+springs: {sp: {between: [ground.S, arm.P], stiffness: k, free_length: 0.1}}
+motion: {duration: 1, samples: 21, from: {joints: {A: -0.5}}, to: {joints: {A: 1.3}}}
+trajectories: {go: {law: cycloidal, drive: joints}}
+design: {minimize: {peak: torque}, subject_to: ["maximum(spring_length[sp]) <= 0.28"], search: {seconds: 3, starts: 3}}
+"""
+        found = self.design(spring, 0)
+        self.assertTrue(found["constraints"][0]["kept"])
+        self.assertEqual(found["search"]["without_design"], 0)
+        self.assertLess(found["objective"]["value"], found["objective"]["start"])
 
     def test_limits_alone_are_a_task(self):
         found = self.design(arm('subject_to: ["mobility(cycloid) >= 1e-3", "peak(torque[R2]) <= 3", '

@@ -31,6 +31,8 @@ class Answer:
         answer = json.loads(done.stdout)
         self.status, self.optimality = answer["status"], answer["optimality"]
         self.value, self.bound = answer["objective"]["value"], answer["objective"]["lower_bound"]
+        # such a compromise is not chosen by the objective
+        self.is_by_residual = any("squared residuals" in note for note in answer["notes"])
         self.is_balanced = self.status in ("balanced", "not-asked")
         self.misses = max([0] + [c["violation"] for c in answer["constraints"] if not c["kept"]])
         self.is_proved = self.optimality == "proved-best"
@@ -67,6 +69,8 @@ def is_worse(more, less):
         return less.found and not more.found
     if more.rank != less.rank:
         return more.rank > less.rank
+    if more.is_by_residual or less.is_by_residual:
+        return False
     if more.misses > 0:
         return exceeds(more.misses, less.misses, 1e-6)
     return exceeds(more.value, less.value, ROUNDING)

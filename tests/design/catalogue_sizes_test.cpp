@@ -189,7 +189,7 @@ bool are_different(const VectorX& x, bool counts_zero = true) {
 
 /// The least figure of all combinations that the predicate accepts.
 template <class Predicate>
-double least_figure(const DesignSpace& space, const Predicate& is_accepted) {
+double min_figure(const DesignSpace& space, const Predicate& is_accepted) {
   const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
   double least = 1e9;
   for_all(space, [&](const VectorX& x) {
@@ -213,11 +213,11 @@ TEST_CASE("sizes that must differ have the least figure of all combinations that
         const DesignReport report = find_design(space);
         CHECK(is_a_size(space, report.outcome.x));
         CHECK(are_different(report.outcome.x));
-        const double least = least_figure(space, [](const VectorX& x) { return are_different(x); });
+        const double least = min_figure(space, [](const VectorX& x) { return are_different(x); });
         CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
         CHECK(report.outcome.optimality == balance::Optimality::proved_global);
         CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
-        const double any = least_figure(space, [](const VectorX&) { return true; });
+        const double any = min_figure(space, [](const VectorX&) { return true; });
         if (any < least * (1 - 1e-9)) continue;
         DesignSpace unrestricted = space;
         unrestricted.start.design.all_different.clear();
@@ -232,7 +232,7 @@ TEST_CASE("sizes of elements that are left out need not differ") {
         read(chain_of_different(seed, 3, "choose: {counterweights: 1}, minimize: {rms: torque, along: cycloid}"));
     const DesignReport report = find_design(space);
     const double least =
-        least_figure(space, [](const VectorX& x) { return (x.array() != 0).count() <= 1 && are_different(x, false); });
+        min_figure(space, [](const VectorX& x) { return (x.array() != 0).count() <= 1 && are_different(x, false); });
     CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
     CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   }
@@ -267,7 +267,7 @@ TEST_CASE("a fixed number keeps its size from those that must differ from it") {
   const DesignReport report = find_design(fixed);
   CHECK(report.outcome.x[0] != taken);
   const double least =
-      least_figure(fixed, [&](const VectorX& x) { return x[0] != taken && x[1] != taken && x[0] != x[1]; });
+      min_figure(fixed, [&](const VectorX& x) { return x[0] != taken && x[1] != taken && x[0] != x[1]; });
   CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
 }
 

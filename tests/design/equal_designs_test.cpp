@@ -3,8 +3,11 @@
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
+#include "balance/synthesis/design/load_case_study.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
+#include "balance/synthesis/design/pareto_front.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 #include "load_cases.hpp"
 
 #include <fmt/format.h>
@@ -183,4 +186,236 @@ TEST_CASE("the assembly mode of a four-bar is that of its start for all lengths 
       CHECK(side(space.study_at(x)) * at_start > 0);
     }
   }
+}
+
+namespace {
+
+/// A counterweight whose mass and place along a line through the body's joint are free.
+struct MovableWeight {
+  Eigen::Index mass, place;
+};
+
+/// Figure and largest violation of a limit at x; infinite where they are not defined.
+double penalised_figure(const balance::DesignProblem& problem, const VectorX& x) {
+  const double value = problem.objective->function->evaluate(x, nullptr);
+  for (const balance::DesignLimit& limit : problem.limits)
+    if (!(limit.figure.function->evaluate(x, nullptr) <= limit.bound + 1e-9 * std::abs(limit.bound)))
+      return std::numeric_limits<double>::infinity();
+  return std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
+}
+
+/// Simulated figures as functions of the free numbers.
+balance::DesignProblem simulated_problem(const DesignSpace& space) {
+  balance::DesignProblem problem = balance::make_design_problem(space, {});
+  const auto by_numbers = [&space](balance::Objective& figure) {
+    struct OfNumbers final : balance::DesignFunction {
+      std::shared_ptr<const balance::DesignFunction> inner;
+      const DesignSpace* space = nullptr;
+      Domain domain() const override { return Domain::variables; }
+      double evaluate(const VectorX& x, VectorX*) const override {
+        return inner->domain() == Domain::variables
+                   ? inner->evaluate(x, nullptr)
+                   : inner->evaluate(parameter_values(space->study_at(x).mechanism), nullptr);
+      }
+    };
+    auto function = std::make_shared<OfNumbers>();
+    function->inner = figure.function;
+    function->space = &space;
+    figure.function = function;
+  };
+  by_numbers(*problem.objective);
+  for (balance::DesignLimit& limit : problem.limits) by_numbers(limit.figure);
+  return problem;
+}
+
+/// The laws of a design that has nothing useless.
+void check_least_mass(const DesignSpace& space, const DesignReport& report, const std::vector<MovableWeight>& weights) {
+  const VectorX& x = report.outcome.x;
+  const balance::DesignProblem problem = simulated_problem(space);
+  const double best = penalised_figure(problem, x);
+  REQUIRE(std::isfinite(best));
+  // more than what is accepted as equal, and the accuracy of a motion
+  const double as_good = best + 1e-9 * std::abs(best);
+  for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i) {
+    const balance::FreeNumber& number = space.start.free_numbers[i];
+    const double range = number.upper - number.lower;
+    for (const double special : {0.0, number.lower, number.upper}) {
+      const double distance = std::abs(x[static_cast<Eigen::Index>(i)] - special);
+      CHECK((distance == 0 || distance > 1e-9 * range));
+    }
+  }
+  for (const MovableWeight& weight : weights) {
+    CAPTURE(x[weight.mass]);
+    CAPTURE(x[weight.place]);
+    if (x[weight.mass] == 0) {
+      CHECK(x[weight.place] == space.start.free_numbers[static_cast<std::size_t>(weight.place)].start);
+      continue;
+    }
+    VectorX lighter = x;
+    lighter[weight.mass] *= 0.98;
+    CHECK(penalised_figure(problem, lighter) > as_good);
+    const balance::FreeNumber& place = space.start.free_numbers[static_cast<std::size_t>(weight.place)];
+    VectorX farther = x;
+    farther[weight.place] = std::clamp(1.02 * x[weight.place], place.lower, place.upper);
+    if (std::abs(farther[weight.place]) <= std::abs(x[weight.place]) * (1 + 1e-9)) continue;
+    farther[weight.mass] *= x[weight.place] / farther[weight.place];
+    CHECK(penalised_figure(problem, farther) > as_good);
+  }
+}
+
+std::string movable_weights(std::mt19937& random) {
+  std::uniform_real_distribution<double> part(0, 1);
+  return fmt::format(
+      "  near: {{body: crank, at: [{{free: [-0.12, 0.1], start: {}}}, 0], mass: {{free: [0, 6], start: 0.3}}}}\n"
+      "  far: {{body: rocker, at: [{{free: [-0.15, 0.02], start: {}}}, 0], mass: {{free: [0, 6], start: 0.2}}}}\n",
+      -0.03 - 0.05 * part(random), -0.04 - 0.05 * part(random));
+}
+
+std::vector<MovableWeight> list_movable_weights(const DesignSpace& space) {
+  std::vector<MovableWeight> weights;
+  for (const char* name : {"near", "far"})
+    weights.push_back({index_of(space, fmt::format("counterweights.{}.mass", name)),
+                       index_of(space, fmt::format("counterweights.{}.at[0]", name))});
+  return weights;
+}
+
+}  // namespace
+
+TEST_CASE("no mass of a design can be lowered, alone or with a longer arm, and no number is dust") {
+  std::mt19937 random(23);
+  for (const char* design :
+       {"{minimize: {rms: shaking_force, along: go}}", "{minimize: {peak: shaking_force, along: go}}",
+        "{minimize: {peak: \"shaking_force[y]\", along: go}}",
+        "{minimize: {mean: shaking_force, along: go}, search: {evaluations: 400}}",
+        "{minimize: {peak: \"joint_force[B]\", along: go}, subject_to: [\"rms(shaking_force, go) <= 30\"]}"})
+    for (int trial = 0; trial < 2; ++trial) {
+      CAPTURE(design);
+      CAPTURE(trial);
+      const FourBar bars = random_crank_rocker(random);
+      const DesignSpace space = read(four_bar_spec(bars, false, movable_weights(random), design));
+      const DesignReport report = find_design(space);
+      REQUIRE(report.outcome.within_limits);
+      check_least_mass(space, report, list_movable_weights(space));
+    }
+}
+
+TEST_CASE("an element whose place is given by an angle vanishes completely") {
+  std::mt19937 random(29);
+  const FourBar bars = random_crank_rocker(random);
+  std::string text = four_bar_spec(bars, false, "  w: {body: rocker, at: [\"r * cos(p)\", \"r * sin(p)\"], mass: m}\n",
+                                   "{minimize: [{peak: torque, along: go}, {of: added-mass, weight: 1000}]}");
+  text = replaced(text, "mp: 0.5,",
+                  "mp: 0.5, m: {free: [0, 8], start: 0.5}, r: {free: [0.03, 0.15]}, p: {free: [-3, 3], start: 1},");
+  const DesignSpace space = read(text);
+  const DesignReport report = find_design(space);
+  CHECK(report.outcome.x[index_of(space, "parameters.m")] == 0);
+  CHECK(report.outcome.x[index_of(space, "parameters.r")] == space.start_values()[index_of(space, "parameters.r")]);
+  CHECK(report.outcome.x[index_of(space, "parameters.p")] == 1);
+  CHECK(report.added_mass == 0);
+}
+
+TEST_CASE("with sizes, too, a counterweight is as light as its longest arm allows") {
+  std::mt19937 random(31);
+  const FourBar bars = random_crank_rocker(random);
+  std::string text = four_bar_spec(bars, false, "  w: {body: crank, at: [x, 0], mass: m}\n",
+                                   "{minimize: {peak: shaking_force, along: go}}");
+  text = replaced(text, "mp: 0.5,", "mp: 0.5, m: {free: [0, 9]}, x: {free: [-0.1, 0], start: -0.02},");
+  text = replaced(text, "inertia: 0.004", "inertia: {free: {values: [0.003, 0.004]}}");
+  const DesignSpace space = read(text);
+  const DesignReport report = find_design(space);
+  CHECK(report.outcome.x[index_of(space, "parameters.x")] == -0.1);
+  CHECK(report.outcome.x[index_of(space, "parameters.m")] > 0);
+}
+
+namespace {
+
+/// An arm of 3 kg whose weight a spring from above bears.
+std::string spring_arm(const std::string& parameters, const std::string& free_length, const std::string& weights,
+                       const std::string& design) {
+  return fmt::format(R"(space: planar
+gravity: [0, -9.81]
+parameters: {}
+ground: {{points: {{O: [0, 0], S: [0, h]}}}}
+bodies:
+  arm: {{mass: 3, com: [0.3, 0], inertia: 0.05, points: {{O: [0, 0], P: [s, 0]}}}}
+joints:
+  A: {{type: revolute, connects: [ground.O, arm.O]}}
+actuators: [A]
+springs:
+  sp: {{between: [ground.S, arm.P], stiffness: k, free_length: {}}}
+{}motion: {{duration: 1, samples: 41, from: {{joints: {{A: -0.5}}}}, to: {{joints: {{A: 1.3}}}}}}
+trajectories: {{go: {{law: cycloidal, drive: joints}}}}
+design: {}
+)",
+                     parameters, free_length, weights, design);
+}
+
+/// The set of solutions as equal as the start values.
+balance::SolutionSet solutions_like_start(const DesignSpace& space) {
+  const balance::DesignProblem problem = balance::make_design_problem(space, {});
+  balance::design::SearchBudget budget(100);
+  const balance::design::SolverContext context(problem, budget);
+  const balance::design::ScaledObjective objective(context, *problem.objective);
+  const VectorX& u = context.scaling.start();
+  return analyse_solution_set(context, &objective, context.conditions_at(u), u);
+}
+
+}  // namespace
+
+TEST_CASE("a family of equal springs is followed, and nothing is said where a figure can still be lowered") {
+  // Scaling the triangle of the spring by f and its stiffness by 1 / f² changes no torque. The numbers are the optimum by
+  // a closed form of the spring's torque, minimised by numpy; f = 0.97 keeps off the bounds.
+  const double f = 0.97;
+  const auto family = [&](double stiffness) {
+    return fmt::format(
+        "{{k: {{free: [0, 2000], start: {}}}, h: {{free: [0.05, 0.4], start: {}}}, s: {{free: [0.05, 0.25], start: "
+        "{}}}, "
+        "l0: {{free: [0, 0.2], start: {}}}}}",
+        stiffness / (f * f), 0.16003942 * f, 0.11265302 * f, 0.05090066 * f);
+  };
+  const DesignSpace space = read(spring_arm(family(770.9067), "l0", "", "{minimize: {peak: torque}}"));
+  const balance::SolutionSet set = solutions_like_start(space);
+  CHECK(set.optimal_dimension == 1);
+  CHECK(set.free_variables.size() == 4);
+  const balance::SolutionSet elsewhere =
+      solutions_like_start(read(spring_arm(family(900), "l0", "", "{minimize: {peak: torque}}")));
+  CHECK(elsewhere.optimal_dimension == -1);
+}
+
+TEST_CASE("the ends of a spring without stiffness may be anywhere") {
+  const DesignSpace space =
+      read(spring_arm("{k: {free: [0, 2000], start: 0}, h: {free: [0.05, 0.4], start: 0.2}, "
+                      "s: {free: [0.05, 0.25], start: 0.1}, m: {free: [0, 20], start: 9}}",
+                      "0", "counterweights: {w: {body: arm, at: [-0.1, 0], mass: m}}\n",
+                      "{goal: static, minimize: {peak: \"spring_force[sp]\"}}"));
+  const balance::SolutionSet set = solutions_like_start(space);
+  CHECK(set.optimal_dimension == 2);
+  CHECK(set.free_variables == std::vector<int>{static_cast<int>(index_of(space, "parameters.h")),
+                                               static_cast<int>(index_of(space, "parameters.s"))});
+}
+
+TEST_CASE("no point of a front is dominated within its tolerance, and its end without added mass has none") {
+  std::mt19937 random(37);
+  const FourBar bars = random_crank_rocker(random);
+  DesignSpace space = read(four_bar_spec(
+      bars, false, movable_weights(random),
+      "{front: {of: [{peak: \"shaking_moment about ground.D\", along: go}, {peak: \"shaking_force[y]\", along: go}, "
+      "added-mass], points: 6}}"));
+  balance::DesignStudyOptions options;
+  options.search = space.start.design.search;
+  options.compare_trajectories = false;
+  const balance::ParetoFront front = compute_pareto_front(space, options);
+  REQUIRE(front.points.size() >= 4);
+  VectorX low = front.points.front().values, high = low;
+  for (const balance::ParetoPoint& point : front.points) {
+    low = low.cwiseMin(point.values);
+    high = high.cwiseMax(point.values);
+  }
+  CHECK(low[2] == 0);
+  const VectorX slack = 1e-5 * (high - low);
+  for (const balance::ParetoPoint& one : front.points)
+    for (const balance::ParetoPoint& other : front.points) {
+      const bool is_nowhere_worse = (other.values.array() <= (one.values + slack).array()).all();
+      CHECK_FALSE((is_nowhere_worse && (other.values.array() < (one.values - slack).array()).any()));
+    }
 }

@@ -1,5 +1,6 @@
 #include "balance/synthesis/certificate/length_bound.hpp"
 
+#include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/certificate/length_geometry.hpp"
@@ -11,6 +12,7 @@
 #include <deque>
 #include <limits>
 #include <queue>
+#include <stdexcept>
 
 namespace balance {
 namespace {
@@ -37,23 +39,39 @@ constexpr double balance_tolerance = 1e-8;
 /// Relative: free numbers may leave their bounds by round-off.
 constexpr double bound_tolerance = 1e-12;
 
+/// Also false if the trajectory does not suit the mechanism.
+bool can_follow(const Mechanism& mechanism, const Trajectory& trajectory) {
+  try {
+    return simulate(mechanism, trajectory).outcome.status == MotionStatus::done;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
 class ConditionsJudge : public LengthDesignJudge {
  public:
   explicit ConditionsJudge(const DesignSpace& space) : space_(space), followed_(list_followed_trajectories(space)) {}
 
   bool accepts(const VectorX& x) const override {
+    try {
+      return is_design(x);
+    } catch (const SpecError&) {  // an expression has no value
+      return false;
+    }
+  }
+
+ private:
+  bool is_design(const VectorX& x) const {
     const DesignInstance instance = space_.instantiate(x);
     if (!instance.mode_issue.empty()) return false;
     const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
     if (conditions.status != ConditionsStatus::done) return false;
     if (max_abs(scaled_residuals(conditions, term_values(instance.mechanism))) > balance_tolerance) return false;
     return std::all_of(followed_.begin(), followed_.end(), [&](int index) {
-      return simulate(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]).outcome.status ==
-             MotionStatus::done;
+      return can_follow(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]);
     });
   }
 
- private:
   const DesignSpace& space_;
   std::vector<int> followed_;
 };
@@ -357,7 +375,7 @@ class LengthTree {
 
   void divide(Node node) {
     const LengthGeometry& geometry = geometry_of(node);
-    int widest = -1, most_conflicting = -1;
+    int widest = -1, branching_length = -1;
     double width = 0, conflict = 0;
     for (const int length : programs_of(node).conditional.lengths()) {
       const double whole = geometry.box.upper[length] - geometry.box.lower[length];
@@ -365,10 +383,10 @@ class LengthTree {
       if (relative < min_relative_width) continue;
       if (relative > width) width = relative, widest = length;
       const double both = std::min(node.conflict(length, 0), node.conflict(length, 1));
-      if (both > conflict) conflict = both, most_conflicting = length;
+      if (both > conflict) conflict = both, branching_length = length;
     }
     const bool has_conflict = conflict > 1e-2 * conflict_tolerance * std::max(1.0, std::abs(node.bound));
-    const int length = has_conflict ? most_conflicting : widest;
+    const int length = has_conflict ? branching_length : widest;
     if (length < 0) {
       close(node);
       return;
@@ -407,7 +425,7 @@ std::vector<int> list_followed_trajectories(const DesignSpace& space) {
   for (std::size_t i = 0; i < space.start.trajectories.size(); ++i) {
     const Trajectory& trajectory = space.start.trajectories[i];
     if (trajectory.drive != DriveKind::com && !is_mechanism_dependent(trajectory) &&
-        simulate(space.start.mechanism, trajectory).outcome.status == MotionStatus::done)
+        can_follow(space.start.mechanism, trajectory))
       followed.push_back(static_cast<int>(i));
   }
   return followed;

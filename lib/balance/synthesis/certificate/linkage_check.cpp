@@ -35,7 +35,7 @@ Vector3 corner_place(const FreeCounterweight& counterweight, std::size_t corner,
 
 }  // namespace
 
-std::optional<double> least_mass(const DesignSpace& space, const PlanarLinkage& linkage, const VectorX& x) {
+std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLinkage& linkage, const VectorX& x) {
   VectorX numbers = x;
   for (const FreeCounterweight& counterweight : linkage.counterweights) {
     if (counterweight.mass_number >= 0) numbers[counterweight.mass_number] = 0;
@@ -102,7 +102,7 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     }
     std::optional<double> own;
     try {
-      own = least_mass(space, linkage, x);
+      own = compute_min_mass(space, linkage, x);
     } catch (const SpecError&) {
     }
     if (!own) continue;

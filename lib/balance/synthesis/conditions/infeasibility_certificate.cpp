@@ -209,14 +209,12 @@ double rigorous_minimum(const VectorX& c, const VectorX& size, const BoundedPara
 
 }  // namespace
 
-std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions,
-                                                           const BoundedParameters& parameters) {
-  if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
-  const MatrixX rows = conditions.row_scales.cwiseInverse().asDiagonal() * conditions.matrix;
-  const std::optional<VectorX> lambda = find_bounds_certificate(rows * parameters.constant, rows * parameters.gradient,
-                                                                parameters.lower, parameters.upper);
-  if (!lambda || lambda->lpNorm<1>() > 1 / certificate_residual_threshold) return std::nullopt;
-  InfeasibilityCertificate proof{InfeasibilityCertificate::Kind::bounds, lambda->cwiseQuotient(conditions.row_scales),
+namespace {
+
+/// The proof by this combination of the scaled conditions; std::nullopt if it proves nothing.
+std::optional<InfeasibilityCertificate> verify_bounds_certificate(const VectorX& lambda, const Conditions& conditions,
+                                                                  const BoundedParameters& parameters) {
+  InfeasibilityCertificate proof{InfeasibilityCertificate::Kind::bounds, lambda.cwiseQuotient(conditions.row_scales),
                                  VectorX(), ""};
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
   const double scale = 1 / max_abs(proof.coefficients);
@@ -233,6 +231,23 @@ std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& con
                                 combination_text(conditions, proof), lower_bound);
   proof.minimum = lower_bound;
   return proof;
+}
+
+/// Multipliers of this size, relative to the largest, are usually errors of the linear program.
+constexpr double multiplier_tolerance = 1e-7;
+
+}  // namespace
+
+std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions,
+                                                           const BoundedParameters& parameters) {
+  if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
+  const MatrixX rows = conditions.row_scales.cwiseInverse().asDiagonal() * conditions.matrix;
+  const std::optional<VectorX> lambda = find_bounds_certificate(rows * parameters.constant, rows * parameters.gradient,
+                                                                parameters.lower, parameters.upper);
+  if (!lambda || lambda->lpNorm<1>() > 1 / certificate_residual_threshold) return std::nullopt;
+  const VectorX without_errors = (lambda->array().abs() > multiplier_tolerance * max_abs(*lambda)).select(*lambda, 0.0);
+  if (auto proof = verify_bounds_certificate(without_errors, conditions, parameters)) return proof;
+  return verify_bounds_certificate(*lambda, conditions, parameters);
 }
 
 }  // namespace balance

@@ -212,9 +212,8 @@ class AssemblyContinuation final : public AssemblyModeSelector {
       if (separation == 0) return known_[k];
       if (known_[k].is_assembled) starts.emplace_back(separation, k);
     }
-    const std::size_t count = std::min(starts.size(), max_tried_starts);
-    std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(count), starts.end());
-    starts.resize(count);
+    std::sort(starts.begin(), starts.end());
+    if (starts.size() > max_tried_starts) starts.resize(max_tried_starts);
     starts.emplace_back(0, 0);  // the start values themselves
     KnownConfiguration result{inputs, false, {}, 0, {}};
     for (const auto& [separation, k] : starts)

@@ -542,6 +542,27 @@ std::optional<DiscreteCandidate> BranchAndBound::solve_node(BranchNode node, dou
   return search_leaf(make_quick_leaf_problem(leaf), leaf);
 }
 
+std::optional<DiscreteCandidate> BranchAndBound::solve_first_leaf(const BranchingRule& branching,
+                                                                  BranchObjective target, double seconds) {
+  target_ = target;
+  result_ = {};
+  const VectorX start = start_values(problem_);
+  BranchNode node = branching.root();
+  bool is_possible = branching.propagate(node);
+  while (is_possible && !branching.is_leaf(node)) {
+    std::vector<BranchNode> children = branching.branch(node, start);
+    const auto next =
+        std::find_if(children.begin(), children.end(), [&](BranchNode& child) { return branching.propagate(child); });
+    is_possible = next != children.end();
+    if (is_possible) node = std::move(*next);
+  }
+  if (!is_possible) return std::nullopt;
+  UnprovedLeaf leaf{std::move(node), false, {}, start};
+  DesignProblem leaf_problem = make_quick_leaf_problem(leaf);
+  leaf_problem.search.max_time = seconds;
+  return search_leaf(leaf_problem, leaf);
+}
+
 void BranchAndBound::solve_leaf(BranchNode branch, const NodeBounds::Bound& bound) {
   UnprovedLeaf leaf{std::move(branch), bound.has_relaxation, {}, bound.x};
   leaf.candidate = search_leaf(make_quick_leaf_problem(leaf), leaf);

@@ -152,6 +152,10 @@ class BranchAndBound {
   BranchAndBoundResult run(const BranchingRule& branching, BranchObjective target);
   /// The best design of a leaf; std::nullopt if no design was found, or if its figure is proved to exceed max_figure.
   std::optional<DiscreteCandidate> solve_node(BranchNode leaf, double max_figure);
+  /// A design of the first leaf that is allowed, for a search without time; std::nullopt if there is none.
+  /// @param seconds CPU time that is granted
+  std::optional<DiscreteCandidate> solve_first_leaf(const BranchingRule& branching, BranchObjective target,
+                                                    double seconds);
 
  private:
   /// A leaf that may contain better designs than those found.

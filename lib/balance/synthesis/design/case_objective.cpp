@@ -294,6 +294,13 @@ bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggreg
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }
 
+bool CaseFigures::are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
+  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
+  return !(across == CaseAggregation::worst && is_sum) &&
+         std::all_of(space_.cases.begin(), space_.cases.end(),
+                     [&](const DesignSpace& one) { return are_statistics_of_affine_quantities(one, terms); });
+}
+
 Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
                            const VectorX& x, MotionCache& cache) const {
   std::vector<std::vector<AffineFigure>> case_figures;

@@ -84,7 +84,8 @@ class DesignModel {
  public:
   /// What a model provides beyond the mechanism; optional methods may be called only if their capability is set.
   struct Capabilities {
-    bool has_convex_terms = false;      ///< convex_terms is implemented
+    bool has_convex_terms = false;      ///< convex_terms is implemented, and all of its terms are convex
+    bool has_affine_terms = false;      ///< it is implemented; some may be other statistics of affine quantities
     bool has_convex_limits = false;     ///< convex_limits is implemented
     bool are_all_limits_convex = true;  ///< convex_limits covers all limits of the problem, if any
     /// convex_terms with coarse sampling and convex_limits have all samples of the figures themselves.

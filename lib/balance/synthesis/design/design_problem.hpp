@@ -61,6 +61,8 @@ struct DesignProblem {
   /// If set, the objective is the maximum violation of the model's convex limits relative to their bounds (or to 1, if
   /// a bound is zero), but at least this value.
   std::optional<double> violation_floor;
+  /// Values to which numbers without effect return [SI]; empty: the start values.
+  VectorX settled_values = {};
   SearchOptions search;
   /// Called from time to time during a search; false ends the search, which returns its best result so far. May be
   /// null.

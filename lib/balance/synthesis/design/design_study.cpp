@@ -53,6 +53,7 @@ class SpecDesignModel final : public DesignModel {
     convex_limits_ = select_convex_limits(space_, limits);
     if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose, *motions_);
     capabilities_ = {.has_convex_terms = !terms_.empty() && are_convex_in_parameters(space_, terms_),
+                     .has_affine_terms = !terms_.empty() && are_statistics_of_affine_quantities(space_, terms_),
                      .has_convex_limits = !convex_limits_.empty(),
                      .are_all_limits_convex = convex_limits_.size() == limits.size(),
                      .are_samples_complete = are_samples_complete(space_.start, terms_, convex_limits_),
@@ -132,6 +133,7 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   problem.is_modular = options.is_modular;
   problem.search = options.search;
   problem.is_single_pass = options.is_single_pass;
+  problem.settled_values = options.settled_values;
   problem.on_progress = options.on_progress;
   problem.options.excluded = options.excluded;
   problem.options.loose_springs = find_loose_springs(problem);

@@ -62,6 +62,7 @@ struct DesignStudyOptions {
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
   SearchOptions search;
   bool is_single_pass = false;                             ///< as in DesignProblem
+  VectorX settled_values = {};                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
   bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
   std::shared_ptr<MotionCache> motions;                    ///< shared by several studies of one spec; null: none is

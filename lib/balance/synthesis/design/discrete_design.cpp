@@ -172,6 +172,8 @@ class DiscreteDesign {
     if (exact_result.incumbent &&
         (!compromise.incumbent || exact_result.incumbent->value < compromise.incumbent->value))
       compromise.incumbent = std::move(exact_result.incumbent);
+    if (!compromise.incumbent && budget_.stopped)
+      compromise.incumbent = search_.solve_first_leaf(branching, target, min_final_search_seconds);
     return compromise;
   }
 

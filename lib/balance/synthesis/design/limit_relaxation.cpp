@@ -55,6 +55,8 @@ void evaluate_limits(const DesignProblem& problem, DesignOutcome& outcome) {
     LimitOutcome limit_outcome;
     limit_outcome.value = evaluate_figure(problem, limit.figure, outcome.x);
     limit_outcome.violation = relative_violation(limit, limit_outcome.value);
+    // a violation of a bound of zero is absolute
+    if (limit.bound == 0 && std::abs(limit_outcome.value) <= limit_tolerance) limit_outcome.value = 0;
     limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
     outcome.limits.push_back(limit_outcome);
     if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;

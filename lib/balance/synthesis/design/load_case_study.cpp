@@ -494,6 +494,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose, *motions_);
     capabilities_ = {
         .has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
+        .has_affine_terms = !terms_.empty() && figures_->are_affine(terms_, across_),
         .has_convex_limits = !convex_limits_.empty(),
         .are_all_limits_convex = convex_limits_.size() == limits_.size(),
         .are_samples_complete = balance::are_samples_complete(space_.cases.front().start, terms_, convex_limits_),

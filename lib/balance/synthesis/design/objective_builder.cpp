@@ -380,6 +380,15 @@ bool are_convex_in_parameters(const DesignSpace& space, const std::vector<Object
   });
 }
 
+bool are_statistics_of_affine_quantities(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
+  using enum Statistic;
+  const DesignInstance start = space.instantiate(space.start_values());
+  return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
+    return has_affine_quantity(start, term, {peak, rms, mean, range, minimum, maximum}) &&
+           (term.figure != range || is_convex(start.mechanism, term));  // a range is two maxima of scalars
+  });
+}
+
 bool are_concave_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
   const DesignInstance start = space.instantiate(space.start_values());
   return std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {

@@ -48,6 +48,9 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
 /// @throws std::invalid_argument as build_objective
 bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
 
+/// Whether every term is a mass, or any statistic of a quantity that is affine in the parameters, for any motion.
+bool are_statistics_of_affine_quantities(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
+
 /// Whether every term is a concave function: a mass, or the minimum of a signed quantity.
 bool are_concave_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
 

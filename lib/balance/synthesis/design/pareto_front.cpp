@@ -46,6 +46,8 @@ class EpsilonConstraintSearch {
   bool is_budget_exhausted() const { return is_budget_exhausted_; }
   int search_count() const { return searches_; }
   VectorX no_limits() const;
+  /// A lower bound of figure j over all mechanisms: zero for masses and magnitudes.
+  double known_lower_bound(int j) const { return objectives_[static_cast<std::size_t>(j)].lower_bound; }
 
  private:
   bool has_cases() const { return base_.start.design.cases.size() > 0; }
@@ -196,6 +198,7 @@ DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstra
 DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
   DesignStudyOptions search_options = options_;
   search_options.is_single_pass = true;
+  search_options.settled_values = design::start_values(problem_);
   const double remaining_time = options_.search.max_time - (thread_cpu_time() - start_time_);
   search_options.search.max_time =
       std::max(min_search_time, remaining_time / std::max(1, planned_searches_ - searches_));
@@ -228,7 +231,9 @@ void EpsilonConstraintSearch::search(ParetoPoint& point, const DesignStudyOption
   report.free_numbers = point.space.start.free_numbers;
   report.before = point.space.start_values();
   report.cardinality_constraints = list_optional_elements(point.space);
-  report.outcome = solve_design(study.problem());
+  DesignProblem problem = study.problem();
+  problem.settled_values = options.settled_values;
+  report.outcome = solve_design(problem);
   if (report.outcome.x.size() == 0) return;
   point.all_cases = report.outcome.x;
   report.outcome.x = study.cases().values(0, point.all_cases);
@@ -364,7 +369,7 @@ class ParetoFrontBuilder {
   /// @param max_value value of figure i
   void refine_anchor(ParetoPoint& anchor, int i, double max_value, const VectorX& start) {
     VectorX limits = search_.no_limits();
-    limits[i] = max_value + std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(max_value));
+    limits[i] = attainable_limit(i, max_value);
     for (int k = 1; k < figure_count_; ++k) {
       const int j = (i + k) % figure_count_;
       if (extent_[i] == 0 && extent_[j] == 0) continue;
@@ -373,8 +378,14 @@ class ParetoFrontBuilder {
       auto better = search_.solve({j, relaxed_limits, k == 1 ? start : anchor.report.outcome.x});
       if (!better) return;
       if (better->values[j] <= anchor.values[j]) anchor = std::move(*better);
-      limits[j] = anchor.values[j] + std::max(anchor_tolerance * extent_[j], 1e-9 * std::abs(anchor.values[j]));
+      limits[j] = attainable_limit(j, anchor.values[j]);
     }
+  }
+
+  /// A limit on figure j that a design with this value keeps with some room for a search, unless no design is below.
+  double attainable_limit(int j, double value) const {
+    if (value <= search_.known_lower_bound(j)) return value;
+    return value + std::max(anchor_tolerance * extent_[j], 1e-9 * std::abs(value));
   }
 
   void sort() {
@@ -388,18 +399,27 @@ class ParetoFrontBuilder {
     });
   }
 
-  /// Of designs that do not differ, the first is kept.
+  /// Leaves out designs that are dominated to the accuracy of the front. Of designs that do not differ, the first is
+  /// kept.
   void drop_dominated() {
     if (front_.points.empty()) return;
     update_extents();
     sort();
-    const Points all = std::exchange(front_.points, {});
-    for (const ParetoPoint& one : all) {
+    const VectorX slack = front_gap_tolerance * extent_;
+    Points all = std::exchange(front_.points, {});
+    // one after the other: with a slack, each of three designs may be dominated by another
+    for (std::size_t k = 0; k < all.size();) {
       const bool worse = std::any_of(all.begin(), all.end(), [&](const ParetoPoint& other) {
-        return dominates(other.values, one.values, VectorX::Zero(figure_count_));
+        return dominates(other.values, all[k].values, VectorX::Zero(figure_count_)) ||
+               dominates(other.values - slack, all[k].values, 2 * slack);
       });
-      if (!worse && is_new(one)) front_.points.push_back(one);
+      if (worse)
+        all.erase(all.begin() + static_cast<std::ptrdiff_t>(k));
+      else
+        ++k;
     }
+    for (ParetoPoint& one : all)
+      if (is_new(one)) front_.points.push_back(std::move(one));
   }
 
   /// Bisects the longest open segment between neighbours until there are enough points. Points dominated by a better
@@ -486,8 +506,8 @@ class ParetoFrontBuilder {
 
   void fill_row(double fraction, int grid_size) {
     VectorX limits = search_.no_limits();
-    limits[1] =
-        min_values_[1] + std::max(std::max(fraction, anchor_tolerance) * extent_[1], 1e-9 * std::abs(min_values_[1]));
+    limits[1] = fraction > 0 ? min_values_[1] + std::max(fraction * extent_[1], 1e-9 * std::abs(min_values_[1]))
+                             : attainable_limit(1, min_values_[1]);
     const auto first = find_point_within(0, limits), last = find_point_within(2, limits);
     if (!first || !last) return;
     for (int column = 1; column + 1 < grid_size; ++column) {
@@ -514,8 +534,7 @@ class ParetoFrontBuilder {
 
   void refine(ParetoPoint& point, int j) {
     EpsilonConstraint constraint{j, point.values, point.report.outcome.x};
-    for (int i = 0; i < figure_count_; ++i)
-      constraint.limits[i] += std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(point.values[i]));
+    for (int i = 0; i < figure_count_; ++i) constraint.limits[i] = attainable_limit(i, point.values[i]);
     constraint.limits[j] = std::numeric_limits<double>::quiet_NaN();
     auto better = search_.solve(constraint);
     if (better && better->values[j] <= point.values[j]) point = std::move(*better);

@@ -52,7 +52,7 @@ void PhysicalConstraints::add(const FeatureMap& map, const VariableClassificatio
                               int feature, bool matrix, bool is_body) {
   const int n = static_cast<int>(classification.base.size()), count = matrix ? 6 : 1;
   bool is_variable = false, affine = map.polynomial().has_value();
-  InertialBound item{feature, matrix, 0, 0};
+  InertialBound item{feature, matrix, 0, 0, is_body};
   for (int f = feature; f < feature + count; ++f) {
     for (int i = 0; i < n; ++i) is_variable = is_variable || classification.has_effect(i, f);
     affine = affine && map.polynomial()->is_affine(f);
@@ -117,8 +117,9 @@ bool PhysicalConstraints::is_satisfied(const VectorX& features) const {
   int row = 0;
   for (const InertialBound& item : items_)
     for (int k = 0; k < (item.matrix ? 3 : 1); ++k, ++row)
-      // Search tolerances may use up half of the margin; the rest keeps the quantity positive.
-      if (g[row] < -std::max(inertia_tolerance, item.margin / 2)) return false;
+      // Search tolerances may use up half of the margin of a body; the rest keeps the quantity positive. An element may
+      // vanish.
+      if (g[row] < -std::max(inertia_tolerance, item.is_body ? item.margin / 2 : item.margin)) return false;
   return true;
 }
 

@@ -28,6 +28,7 @@ class PhysicalConstraints {
     bool matrix;    ///< whether it stands for the three eigenvalues of Σ
     double size;    ///< of the quantity
     double margin;  ///< minimum of the quantity, in units of size
+    bool is_body;   ///< whether the quantity must be positive; else zero is allowed
   };
   void add(const FeatureMap& map, const VariableClassification& classification, const VectorX& start, int feature,
            bool matrix, bool is_body);

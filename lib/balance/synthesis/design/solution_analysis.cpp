@@ -7,7 +7,9 @@
 #include "balance/foundation/numerics/linear_program.hpp"
 #include "balance/synthesis/conditions/coefficient_names.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
+#include "balance/synthesis/design/feasible_directions.hpp"
 #include "balance/synthesis/design/product_relaxation.hpp"
+#include "balance/synthesis/design/tie_follower.hpp"
 
 #include <fmt/format.h>
 
@@ -227,71 +229,6 @@ void determine_status(DesignOutcome& outcome) {
 
 namespace {
 
-/// Variables this close to a bound count as lying on it; the same holds for physical limits.
-constexpr double active_bound_tolerance = 1e-9;
-/// A direction with a relative component below this does not move the variable.
-constexpr double null_space_tolerance = 1e-6;
-
-/// Orthonormal basis of the null space of `rows` within the span of `basis`.
-MatrixX restrict_to_null_space(const MatrixX& basis, const MatrixX& rows, double tolerance) {
-  if (basis.cols() == 0 || rows.rows() == 0) return basis;
-  const MatrixX projected = rows * basis;
-  const double size = rows.norm();
-  if (!(size > 0)) return basis;
-  const SingularValueDecomposition svd(projected, Eigen::ComputeFullV);
-  Eigen::Index rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > tolerance * size) ++rank;
-  return basis * svd.matrixV().rightCols(basis.cols() - rank);
-}
-
-/// Normals of the constraints active at u: bounds, physical constraints and limits. Feasible directions have no
-/// negative product with them.
-MatrixX active_constraint_normals(const SolverContext& context, const VectorX& u) {
-  const auto n = u.size();
-  std::vector<VectorX> rows;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (u[i] <= -1 + active_bound_tolerance) rows.push_back(VectorX::Unit(n, i));
-    if (u[i] >= 1 - active_bound_tolerance) rows.push_back(-VectorX::Unit(n, i));
-  }
-  if (context.inequality_count() > 0) {
-    VectorX g;
-    MatrixX dg;
-    context.evaluate_inequalities(u, g, &dg);
-    for (Eigen::Index k = 0; k < g.size(); ++k)
-      if (g[k] < active_bound_tolerance && dg.row(k).allFinite()) rows.push_back(dg.row(k).transpose());
-  }
-  MatrixX limits(static_cast<Eigen::Index>(rows.size()), n);
-  for (std::size_t k = 0; k < rows.size(); ++k) limits.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
-  return limits;
-}
-
-/// The linear span of the feasible directions within the span of `basis`. Limits that no feasible direction leaves are
-/// equalities.
-MatrixX span_feasible_directions(const MatrixX& basis, const MatrixX& limits) {
-  const auto k = basis.cols(), m = limits.rows();
-  if (k == 0 || m == 0) return basis;
-  // Maximises the number of limits that are left by 1; a slack that stays 0 means that no direction leaves the limit.
-  LinearProgram program(k + m);
-  program.lower.tail(m).setZero();
-  program.upper.tail(m).setOnes();
-  program.cost.tail(m).setConstant(-1);
-  const MatrixX projected = limits * basis;
-  for (Eigen::Index row = 0; row < m; ++row) {
-    VectorX coefficients = VectorX::Zero(k + m);
-    const double size = projected.row(row).norm();
-    if (size > null_space_tolerance * limits.row(row).norm())
-      coefficients.head(k) = projected.row(row).transpose() / size;
-    coefficients[k + row] = -1;
-    program.add_row(0, coefficients, no_bound);
-  }
-  const LinearProgramSolution solution = solve_linear_program(program);
-  if (solution.status != LinearProgramStatus::optimal) return basis;
-  std::vector<Eigen::Index> equality_rows;
-  for (Eigen::Index row = 0; row < m; ++row)
-    if (solution.x[k + row] < 0.5) equality_rows.push_back(row);
-  return restrict_to_null_space(basis, limits(equality_rows, Eigen::all), null_space_tolerance);
-}
-
 std::vector<int> list_moving_variables(const MatrixX& basis) {
   std::vector<int> numbers;
   for (Eigen::Index i = 0; i < basis.rows(); ++i)
@@ -301,13 +238,15 @@ std::vector<int> list_moving_variables(const MatrixX& basis) {
 
 }  // namespace
 
-FigureFace::FigureFace(const SolverContext& context, VectorX u, std::vector<AffineFigure> figures)
-    : context_(context), u_(std::move(u)), figures_(std::move(figures)) {
-  context_.features.evaluate(u_, parameters_, &slopes_);
+FigureFace::FigureFace(const SolverContext& context, const VectorX& u, std::vector<AffineFigure> figures)
+    : context_(context), figures_(std::move(figures)) {
+  MatrixX slopes;
+  context_.features.evaluate(u, parameters_, &slopes);
+  constant_rows_ = find_constant_rows(slopes);
 }
 
 std::optional<FigureFace> FigureFace::make(const SolverContext& context, const VectorX& u) {
-  if (!context.problem.model->capabilities().has_convex_terms) return std::nullopt;
+  if (!context.problem.model->capabilities().has_affine_terms) return std::nullopt;
   auto figures = context.convex_terms(u, FigureSampling::full);
   if (!figures) return std::nullopt;
   return FigureFace(context, u, std::move(*figures));
@@ -329,6 +268,11 @@ MatrixX sample_values(const AffineSeries& series, const VectorX& features) {
 VectorX sample_sizes(const AffineFigure& figure, const MatrixX& values) {
   if (figure.figure == Statistic::maximum) return values.row(0).transpose();
   return values.colwise().norm().transpose();
+}
+
+/// Whether a figure is that of its largest samples.
+bool is_of_largest_samples(const AffineFigure& figure) {
+  return figure.figure == Statistic::peak || figure.figure == Statistic::maximum;
 }
 
 double series_value(const AffineFigure& figure, const AffineSeries& series, const VectorX& features) {
@@ -364,18 +308,19 @@ MatrixX stack(const std::vector<MatrixX>& blocks, Eigen::Index columns) {
 
 }  // namespace
 
-MatrixX FigureFace::constant_rows() const {
-  const MatrixX rows = constant_parameter_rows();
-  return rows * slopes_.topRows(rows.cols());
+bool FigureFace::is_complete() const {
+  return figures_.size() == 1 && figures_.front().weight >= 0 &&
+         (figures_.front().coefficients.size() > 0 || figures_.front().figure == Statistic::rms ||
+          is_of_largest_samples(figures_.front()));
 }
 
-MatrixX FigureFace::constant_parameter_rows() const {
+MatrixX FigureFace::find_constant_rows(const MatrixX& slopes) const {
   std::vector<MatrixX> blocks;
   VectorX linear;
   Eigen::Index parameter_count = 0;
   const auto add = [&](const AffineSeries& series, const MatrixX& rows) {
     parameter_count = rows.cols();
-    const MatrixX all = series.rows.leftCols(rows.cols()) * slopes_.topRows(rows.cols());
+    const MatrixX all = series.rows.leftCols(rows.cols()) * slopes.topRows(rows.cols());
     // in units of the effect of all numbers, so that figures of different units can be compared
     if (const double size = all.norm(); size > 0) blocks.push_back(compress(rows) / size);
   };
@@ -387,12 +332,13 @@ MatrixX FigureFace::constant_parameter_rows() const {
       linear += figure.weight * figure.coefficients;
       continue;
     }
-    const double worst = worst_value(figure, parameters_);
+    const bool has_worst_series = figure.figure == Statistic::rms || is_of_largest_samples(figure);
+    const double worst = has_worst_series ? worst_value(figure, parameters_) : 0;
     for (const AffineSeries& series : figure.series) {
       const double threshold = worst - peak_tie_tolerance * std::abs(worst);
-      if (series_value(figure, series, parameters_) < threshold) continue;
+      if (has_worst_series && series_value(figure, series, parameters_) < threshold) continue;
       const MatrixX parameter_rows = series.rows.leftCols(series.rows.cols() - 1);
-      if (figure.figure == Statistic::rms || worst == 0) {
+      if (!is_of_largest_samples(figure) || worst == 0) {
         add(series, parameter_rows);
         continue;
       }
@@ -405,19 +351,105 @@ MatrixX FigureFace::constant_parameter_rows() const {
     }
   }
   if (linear.size() > 0)
-    if (const double size = (slopes_.topRows(linear.size()).transpose() * linear).norm(); size > 0)
+    if (const double size = (slopes.topRows(linear.size()).transpose() * linear).norm(); size > 0)
       blocks.emplace_back(linear.transpose() / size);
   return stack(blocks, parameter_count);
 }
 
-bool FigureFace::add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const {
+std::optional<std::vector<MaxTerm>> FigureFace::max_terms(const VectorX& u) const {
+  VectorX features;
+  MatrixX slopes;
+  context_.features.evaluate(u, features, &slopes);
+  std::vector<MaxTerm> terms;
+  for (const AffineFigure& figure : figures_) {
+    if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
+      terms.push_back({figure.weight, VectorX::Constant(1, figure.coefficients.dot(features.head(p))),
+                       figure.coefficients.transpose() * slopes.topRows(p)});
+      continue;
+    }
+    const bool is_range = figure.figure == Statistic::range;
+    if (figure.figure == Statistic::minimum || (is_range && figure.series.size() != 1)) return std::nullopt;
+    std::vector<MatrixX> values, by_number;
+    for (const AffineSeries& series : figure.series) {
+      const MatrixX samples = sample_values(series, features);
+      const Eigen::Index p = series.rows.cols() - 1, count = samples.cols();
+      const MatrixX rows = series.rows.leftCols(p) * slopes.topRows(p);
+      VectorX sizes = samples.colwise().norm().transpose();
+      const bool is_signed = is_range || figure.figure == Statistic::maximum;
+      if (is_signed) sizes = samples.row(0).transpose();
+      if (is_range && series.components != 1) return std::nullopt;
+      MatrixX size_slopes(count, u.size());
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const MatrixX own = rows.middleRows(k * series.components, series.components);
+        if (is_signed)
+          size_slopes.row(k) = own.row(0);
+        else if (sizes[k] > 0)
+          size_slopes.row(k) = samples.col(k).transpose() * own / sizes[k];
+        else
+          size_slopes.row(k).setZero();
+      }
+      if (is_range || is_of_largest_samples(figure)) {
+        values.emplace_back(sizes);
+        by_number.push_back(size_slopes);
+        continue;
+      }
+      const VectorX weights = series.time_weights.reshaped();
+      const double mean_square = weights.dot(sizes.cwiseAbs2()), rms = std::sqrt(mean_square);
+      const bool is_rms = figure.figure == Statistic::rms;
+      values.emplace_back(MatrixX::Constant(1, 1, is_rms ? rms : weights.dot(sizes)));
+      const VectorX sample_weights = is_rms ? VectorX(weights.cwiseProduct(sizes) / std::max(rms, 1e-300)) : weights;
+      by_number.emplace_back(sample_weights.transpose() * size_slopes);
+    }
+    const MatrixX all = stack(values, 1), all_slopes = stack(by_number, u.size());
+    terms.push_back({figure.weight, all, all_slopes});
+    if (is_range) terms.push_back({figure.weight, -all, -all_slopes});
+  }
+  return terms;
+}
+
+void FigureFace::evaluate_excess(const VectorX& features, const MatrixX* slopes, VectorX& excess,
+                                 MatrixX* jacobian) const {
+  std::vector<double> values;
+  std::vector<VectorX> rows;
+  for (const AffineFigure& figure : figures_) {
+    if (!is_of_largest_samples(figure)) continue;
+    const double limit = figure.series.empty() ? 0 : worst_value(figure, parameters_);
+    if (!(std::abs(limit) > 0)) continue;
+    for (const AffineSeries& series : figure.series) {
+      const MatrixX samples = sample_values(series, features);
+      const VectorX sizes = sample_sizes(figure, samples);
+      for (Eigen::Index k = 0; k < sizes.size(); ++k) {
+        const double over = (sizes[k] - limit) / std::abs(limit);
+        values.push_back(std::max(0.0, over));
+        if (jacobian == nullptr) continue;
+        const MatrixX by_parameters =
+            series.rows.block(k * series.components, 0, series.components, series.rows.cols() - 1);
+        const MatrixX direction = figure.figure == Statistic::maximum
+                                      ? MatrixX::Ones(1, 1)
+                                      : MatrixX(samples.col(k).transpose() / std::max(sizes[k], 1e-300));
+        rows.push_back(
+            over > 0
+                ? VectorX(
+                      (direction * by_parameters * slopes->topRows(by_parameters.cols()) / std::abs(limit)).transpose())
+                : VectorX::Zero(slopes->cols()));
+      }
+    }
+  }
+  excess = Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
+  if (jacobian == nullptr) return;
+  jacobian->resize(excess.size(), slopes->cols());
+  for (std::size_t k = 0; k < rows.size(); ++k) jacobian->row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
+}
+
+bool FigureFace::add_cuts(const VectorX& trial, const VectorX& centre, const MatrixX& basis,
+                          LinearProgram& program) const {
   constexpr std::size_t max_cuts = 20;
   VectorX features;
   MatrixX slopes;
   context_.features.evaluate(trial, features, &slopes);
   bool has_cuts = false;
   for (const AffineFigure& figure : figures_) {
-    if (figure.figure == Statistic::rms || figure.series.empty()) continue;
+    if (!is_of_largest_samples(figure) || figure.series.empty()) continue;
     const double limit = worst_value(figure, parameters_);
     for (const AffineSeries& series : figure.series) {
       const MatrixX values = sample_values(series, features);
@@ -435,7 +467,7 @@ bool FigureFace::add_cuts(const VectorX& trial, const MatrixX& basis, LinearProg
             (direction * rows.leftCols(rows.cols() - 1) * slopes.topRows(rows.cols() - 1)).transpose();
         const double scale = std::abs(sizes[k]);
         program.add_row(-no_bound, basis.transpose() * normal / scale,
-                        (limit - sizes[k] + normal.dot(trial - u_)) / scale);
+                        (limit - sizes[k] + normal.dot(trial - centre)) / scale);
         has_cuts = true;
       }
     }
@@ -503,105 +535,67 @@ bool compute_jacobian(const SolverContext& context, const Conditions& conditions
 
 constexpr double precise_null_space_tolerance = 1e-9;
 
-/// Directions along which a simulated figure stays the same, found by its values: those in which it has neither slope
-/// nor curvature.
-class SimulatedFlatness {
- public:
-  SimulatedFlatness(const ScaledObjective& objective, const VectorX& u) : objective_(objective), centre_(u) {
-    for (double& value : centre_) value = std::clamp(value, -1 + 2 * step, 1 - 2 * step);
-    value_ = objective(centre_, nullptr);
-    scale_ = std::max(std::abs(value_), std::abs(objective(u, nullptr)));
-  }
-
-  /// @return std::nullopt if it cannot be decided
-  std::optional<MatrixX> find(const MatrixX& basis) const {
-    constexpr Eigen::Index max_directions = 6;
-    if (!std::isfinite(value_) || basis.cols() > max_directions) return std::nullopt;
-    return restrict_by_curvature(restrict_by_slope(basis));
-  }
-
- private:
-  static constexpr double step = 1e-3;
-  static constexpr double value_tolerance = 1e-9;  ///< relative; a curvature of a thousandth of the figure exceeds it
-
-  double change(const VectorX& offset) const {
-    const double value = objective_(centre_ + offset, nullptr);
-    return std::isfinite(value) ? value - value_ : std::numeric_limits<double>::infinity();
-  }
-  bool is_constant_along(const VectorX& direction) const {
-    return std::abs(change(step * direction)) <= value_tolerance * scale_ &&
-           std::abs(change(-step * direction)) <= value_tolerance * scale_;
-  }
-
-  MatrixX restrict_by_slope(const MatrixX& basis) const {
-    VectorX slope(basis.cols());
-    for (Eigen::Index k = 0; k < basis.cols(); ++k)
-      slope[k] = (change(step * basis.col(k)) - change(-step * basis.col(k))) / (2 * step);
-    if (!slope.allFinite()) return MatrixX(basis.rows(), 0);
-    if (slope.norm() <= null_space_tolerance * scale_) return basis;
-    return restrict_to_null_space(basis, (basis * slope).transpose(), null_space_tolerance);
-  }
-
-  MatrixX restrict_by_curvature(const MatrixX& basis) const {
-    const Eigen::Index n = basis.cols();
-    const auto second_difference = [&](const VectorX& d) { return change(step * d) + change(-step * d); };
-    MatrixX curvature(n, n);
-    for (Eigen::Index i = 0; i < n; ++i) curvature(i, i) = second_difference(basis.col(i));
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < i; ++j)
-        curvature(i, j) = curvature(j, i) =
-            (second_difference(basis.col(i) + basis.col(j)) - curvature(i, i) - curvature(j, j)) / 2;
-    if (!curvature.allFinite()) return MatrixX(basis.rows(), 0);
-    const SymmetricEigenSolver solver(curvature);
-    std::vector<Eigen::Index> flat;
-    for (Eigen::Index k = 0; k < n; ++k)
-      if (is_constant_along(basis * solver.eigenvectors().col(k))) flat.push_back(k);
-    return basis * solver.eigenvectors()(Eigen::all, flat);
-  }
-
-  const ScaledObjective& objective_;
-  VectorX centre_;
-  double value_ = 0, scale_ = 0;
-};
-
 /// Directions within `free` along which the objective stays the same; std::nullopt if this is unknown.
+/// @param limits normals of the active constraints
 std::optional<MatrixX> find_optimal_directions(const SolverContext& context, const ScaledObjective& objective,
-                                               const Conditions& conditions, const MatrixX& free, const VectorX& u) {
+                                               const Conditions& conditions, const MatrixX& free, const MatrixX& limits,
+                                               const VectorX& u) {
   std::vector<int> numbers;
   for (int i = 0; i < context.scaling.size(); ++i)
     if (!context.classification.is_geometric[static_cast<std::size_t>(i)]) numbers.push_back(i);
-  const bool has_fixed_motion = !context.classification.has_geometric() && !objective.is_simulated();
-  MatrixX masses = find_flat_mass_directions(context, objective, conditions, u, numbers);
-  if (has_fixed_motion || free.cols() == masses.cols()) return masses;
+  const std::optional<FigureFace> face = FigureFace::make(context, u);
+  MatrixX masses = find_flat_mass_directions(context, &objective, face ? &*face : nullptr, conditions, u, numbers);
+  const bool is_complete =
+      !context.classification.has_geometric() && (face ? face->is_complete() : !objective.is_simulated());
+  if (is_complete || free.cols() == masses.cols()) return masses;
   // what is left: lengths, motions, and figures of which only values are known
-  const MatrixX rest = restrict_to_null_space(free, masses.transpose(), null_space_tolerance);
-  const std::optional<MatrixX> others = SimulatedFlatness(objective, u).find(rest);
-  if (!others) return std::nullopt;
-  MatrixX all(u.size(), masses.cols() + others->cols());
-  all << masses, *others;
-  return all;
+  const TieFollower::Terms terms = [&](const VectorX& v) -> std::optional<std::vector<MaxTerm>> {
+    if (face && !context.classification.has_geometric()) return face->max_terms(v);
+    return objective.has_max_terms() ? objective.max_terms(v) : std::nullopt;
+  };
+  return TieFollower(context, objective, terms, conditions, u).find_directions(free, masses, limits);
 }
 
 }  // namespace
 
-MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective& objective,
-                                  const Conditions& conditions, const VectorX& u, const std::vector<int>& numbers) {
+MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective* objective,
+                                  const FigureFace* face, const Conditions& conditions, const VectorX& u,
+                                  const std::vector<int>& numbers) {
   MatrixX basis = continuous_directions(context);
   std::vector<Eigen::Index> columns;
   for (Eigen::Index k = 0; k < basis.cols(); ++k)
     if (std::any_of(numbers.begin(), numbers.end(), [&](int i) { return basis(i, k) != 0; })) columns.push_back(k);
   basis = basis(Eigen::all, columns).eval();
   basis = restrict_to_null_space(basis, mass_jacobian(context, conditions, u), precise_null_space_tolerance);
-  if (basis.cols() == 0) return basis;
-  if (const auto face = FigureFace::make(context, u))
-    return restrict_to_null_space(basis, face->constant_rows(), null_space_tolerance);
-  return objective.is_simulated() ? MatrixX(u.size(), 0) : find_flat_directions(objective, basis, u);
+  if (basis.cols() == 0 || objective == nullptr) return basis;
+  if (face != nullptr) {
+    VectorX features;
+    MatrixX slopes;
+    context.features.evaluate(u, features, &slopes);
+    const MatrixX& rows = face->constant_parameter_rows();
+    return restrict_to_null_space(basis, rows * slopes.topRows(rows.cols()), null_space_tolerance);
+  }
+  return objective->is_simulated() ? MatrixX(u.size(), 0) : find_flat_directions(*objective, basis, u);
 }
+
+namespace {
+
+/// Whether a limit of zero is active: its figure has a kink there if it is a peak or an rms.
+bool has_active_limit_at_zero(const SolverContext& context, const VectorX& u) {
+  for (int k = 0; k < context.limits->size(); ++k)
+    if (context.problem.limits[static_cast<std::size_t>(k)].bound == 0 &&
+        std::abs(context.limits->value(u, k)) <= limit_tolerance)
+      return true;
+  return false;
+}
+
+}  // namespace
 
 SolutionSet analyse_solution_set(const SolverContext& context, const ScaledObjective* objective,
                                  const Conditions& conditions, const VectorX& u) {
   SolutionSet solution_set;
   MatrixX jacobian;
+  if (has_active_limit_at_zero(context, u)) return solution_set;
   if (!compute_jacobian(context, conditions, u, jacobian)) return solution_set;
   const MatrixX limits = active_constraint_normals(context, u);
   const MatrixX free = restrict_to_null_space(
@@ -616,7 +610,7 @@ SolutionSet analyse_solution_set(const SolverContext& context, const ScaledObjec
     solution_set.optimal_dimension = solution_set.dimension;
     return solution_set;
   }
-  const std::optional<MatrixX> optimal = find_optimal_directions(context, *objective, conditions, free, u);
+  const std::optional<MatrixX> optimal = find_optimal_directions(context, *objective, conditions, free, limits, u);
   if (!optimal) return solution_set;
   directions = span_feasible_directions(*optimal, limits);
   solution_set.optimal_dimension = static_cast<int>(directions.cols());

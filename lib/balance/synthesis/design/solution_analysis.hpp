@@ -27,38 +27,48 @@ void determine_status(DesignOutcome& outcome);
 
 // Dimension of the set of equivalent designs.
 
-/// The figures of an objective near a design, at its geometry and along its motion: norms of functions that are affine
-/// in the parameters.
+/// The figures of an objective near a design, at its geometry and along its motion: statistics of functions that are
+/// affine in the parameters.
 class FigureFace {
  public:
-  /// @return std::nullopt if the model has no convex terms, or no motion at u
+  /// @return std::nullopt if the model has no affine terms, or no motion at u
   static std::optional<FigureFace> make(const SolverContext& context, const VectorX& u);
 
-  /// Rows over the parameters that vanish for changes with which no figure changes: all samples of an rms, the samples
-  /// at which a peak is reached.
-  MatrixX constant_parameter_rows() const;
-  /// The same over the unit coordinates.
-  MatrixX constant_rows() const;
+  /// Whether the objective changes as soon as the rows below do not vanish: not so for means, and for sums, of which
+  /// one figure may make up for another.
+  bool is_complete() const;
+  /// Rows over the parameters that vanish for changes with which no figure changes: the samples at which a peak or a
+  /// maximum is reached, all samples of other statistics.
+  const MatrixX& constant_parameter_rows() const { return constant_rows_; }
+  /// The figures at u as maxima of smooth functions of the unit coordinates; std::nullopt if some are not.
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& u) const;
   /// The parameters at the design.
   const VectorX& parameters() const { return parameters_; }
-  /// Adds to a program over z, with unit coordinates u + basis · z, the tangents of the peaks that a trial increases.
-  /// @return whether there are any
-  bool add_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const;
+  /// How far each sample exceeds its peak at the design, relative to the peak; zero if it does not.
+  /// @param slopes of the features by the unit coordinates
+  void evaluate_excess(const VectorX& features, const MatrixX* slopes, VectorX& excess, MatrixX* jacobian) const;
+  /// Adds to a program over z, with unit coordinates centre + basis · z, the tangents of the peaks that a trial
+  /// increases. @return whether there are any
+  bool add_cuts(const VectorX& trial, const VectorX& centre, const MatrixX& basis, LinearProgram& program) const;
 
  private:
-  FigureFace(const SolverContext& context, VectorX u, std::vector<AffineFigure> figures);
+  FigureFace(const SolverContext& context, const VectorX& u, std::vector<AffineFigure> figures);
+  MatrixX find_constant_rows(const MatrixX& slopes) const;
 
   const SolverContext& context_;
-  VectorX u_, parameters_;  ///< all features, of which the parameters come first
-  MatrixX slopes_;          ///< of the features by the unit coordinates
+  VectorX parameters_;  ///< all features, of which the parameters come first
+  MatrixX constant_rows_;
   std::vector<AffineFigure> figures_;
 };
 
 /// Orthonormal directions over `numbers`, which change masses but not the geometry, in which neither a condition nor the
 /// objective changes.
-/// @param conditions at u
-MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective& objective,
-                                  const Conditions& conditions, const VectorX& u, const std::vector<int>& numbers);
+/// @param objective nullptr: no number has an effect on it
+/// @param face of the objective at the geometry of u; nullptr: unknown
+/// @param conditions at the geometry of u
+MatrixX find_flat_mass_directions(const SolverContext& context, const ScaledObjective* objective,
+                                  const FigureFace* face, const Conditions& conditions, const VectorX& u,
+                                  const std::vector<int>& numbers);
 
 /// Dimension of the set of solutions near u: the null space of the conditions' Jacobian, restricted by the bounds and
 /// physical limits active at u. With an objective, also the dimension of the set of optimal solutions, which excludes

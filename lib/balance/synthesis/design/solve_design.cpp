@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/discrete_design.hpp"
@@ -144,9 +145,10 @@ class RepeatedSearch {
            static_cast<int>(effort_.ends.size()) >= problem_.search.max_restarts;
   }
 
-  /// A search without starts of its own is one start.
+  /// A search without starts of its own is one start, and so is one that improved the end of a start.
   void complete_ends(SearchEffort& effort, const DesignOutcome& outcome) const {
-    if (effort.ends.empty() && std::isfinite(outcome.objective)) effort.ends.push_back(outcome.objective);
+    if (std::isfinite(outcome.objective) && compare_starts(effort.ends, outcome.objective).agreeing == 0)
+      effort.ends.push_back(outcome.objective);
   }
 
   void search_from(const VectorX& u, std::size_t k) {
@@ -172,7 +174,12 @@ class RepeatedSearch {
       std::fill(worse.begin(), worse.end(), std::numeric_limits<double>::quiet_NaN());
     }
     add(outcome.effort);
-    if (!is_better(outcome, best_)) return;
+    const double bound = std::fmax(outcome.lower_bound, best_.lower_bound);
+    if (is_better(outcome, best_)) replace_best(std::move(outcome));
+    if (is_design(best_) && std::isfinite(bound)) raise_lower_bound(best_, bound);
+  }
+
+  void replace_best(DesignOutcome outcome) {
     outcome.start_objective = best_.start_objective;
     outcome.residuals_before =
         best_.residuals_before.size() == outcome.residuals_after.size() ? best_.residuals_before : VectorX();
@@ -365,7 +372,8 @@ class DesignCompletion {
     const bool by_figure = objective_ && !problem_.objective->is_secondary && std::isfinite(outcome.objective);
     budget_.begin_search();
     if (objective_ && outcome.within_limits && (is_balanced || by_figure)) apply(outcome, break_ties(outcome));
-    if (is_balanced && !budget_.is_spent())
+    if (objective_ && !is_balanced && !by_figure) restore_ineffective(outcome);
+    if (is_balanced && !budget_.is_interrupted())
       outcome.solution_set = analyse_solution_set(context_, objective_ ? &*objective_ : nullptr, outcome.conditions,
                                                   context_.scaling.to_unit(outcome.x));
     if (is_balanced) find_edges(outcome);
@@ -382,6 +390,23 @@ class DesignCompletion {
 
   VectorX break_ties(const DesignOutcome& outcome) const {
     return design::break_ties(context_, *objective_, outcome.conditions, context_.scaling.to_unit(outcome.x));
+  }
+
+  /// Numbers without effect on a compromise, which is chosen by its residuals, get their start values.
+  void restore_ineffective(DesignOutcome& outcome) const {
+    const auto residuals = [&](const VectorX& u) {
+      return scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+    };
+    VectorX u = context_.scaling.to_unit(outcome.x);
+    for (int i = 0; i < context_.scaling.size(); ++i) {
+      VectorX restored = u;
+      restored[i] = context_.scaling.start()[i];
+      if (restored[i] == u[i] || context_.classification.is_geometric[static_cast<std::size_t>(i)]) continue;
+      const bool is_ineffective = max_abs(residuals(restored) - outcome.residuals_after) <= rounding_tolerance &&
+                                  !((*objective_)(restored, nullptr) > outcome.objective);
+      if (is_ineffective && context_.is_admissible(restored)) u = restored;
+    }
+    apply(outcome, u);
   }
 
   /// Tries slightly larger and smaller lengths.
