@@ -1,5 +1,6 @@
 #include "balance/synthesis/certificate/length_bound.hpp"
 
+#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
@@ -36,6 +37,8 @@ constexpr double first_compass_step = 0.25, min_compass_step = 1e-5;
 constexpr int max_compass_evaluations = 400, max_compass_searches = 6;
 /// Of conditions that are met, scaled.
 constexpr double balance_tolerance = 1e-8;
+/// Relative: changes of the bound that are kept for the progress.
+constexpr double progress_step = 1e-5;
 /// Relative: free numbers may leave their bounds by round-off.
 constexpr double bound_tolerance = 1e-12;
 
@@ -98,13 +101,13 @@ struct HasHigherBound {
   bool operator()(const Node& a, const Node& b) const { return a.bound > b.bound; }
 };
 
-class LengthTree {
- public:
-  LengthTree(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options)
-      : space_(space), judge_(judge), options_(options) {}
+}  // namespace
 
-  LengthBound search() {
-    if (!make_roots()) return std::move(result_);
+class LengthBoundSearch::Tree {
+ public:
+  Tree(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options)
+      : space_(space), judge_(judge), options_(options), start_time_(thread_cpu_time()) {
+    if (!make_roots()) return;
     for (std::size_t g = 0; g < geometries_.size(); ++g) {
       Node root;
       root.geometry = static_cast<int>(g);
@@ -113,7 +116,11 @@ class LengthTree {
       root.upper_limits.assign(geometries_[g].linkage.counterweights.size(), false);
       bound(root);
     }
-    while (!open_.empty() && result_.nodes < options_.max_nodes && !is_interrupted() && !is_closed()) {
+    note_progress();
+  }
+
+  void run(const std::function<bool()>& interrupted) {
+    while (!is_finished() && !(interrupted && interrupted())) {
       Node node = open_.top();
       open_.pop();
       try_designs(node);
@@ -121,18 +128,45 @@ class LengthTree {
         close(node);
       else
         divide(std::move(node));
+      note_progress();
     }
-    finish();
-    return std::move(result_);
+  }
+
+  void add_design(const VectorX& x, double mass) {
+    if (!result_.reason.empty() || !(mass < result_.best)) return;
+    result_.best = mass;
+    result_.design = best_lengths_ = x;
+    note_progress();
+  }
+
+  bool is_finished() const { return open_.empty() || result_.nodes >= options_.max_nodes || is_closed(); }
+
+  LengthBound result() const {
+    LengthBound result = result_;
+    result.lower_bound = std::min(lower_bound(), result.best);
+    result.progress.push_back({elapsed(), result.lower_bound, result.best});
+    if (options_.keeps_certificates)
+      for (auto open = open_; !open.empty(); open.pop()) result.certificates.push_back(open.top().proof);
+    return result;
   }
 
  private:
-  bool is_interrupted() const { return options_.interrupted && options_.interrupted(); }
+  double elapsed() const { return thread_cpu_time() - start_time_; }
+  double lower_bound() const { return open_.empty() ? closed_bound_ : std::min(open_.top().bound, closed_bound_); }
 
   bool is_closed() const {
-    const double lower = std::min(open_.top().bound, closed_bound_);
+    const double lower = lower_bound();
     return lower >= closed_bound_ ||
            (std::isfinite(result_.best) && result_.best - lower <= options_.gap_tolerance * std::abs(result_.best));
+  }
+
+  void note_progress() {
+    const double lower = std::min(lower_bound(), result_.best);
+    if (!result_.progress.empty()) {
+      const LengthBoundProgress& last = result_.progress.back();
+      if (result_.best == last.best && !(lower - last.lower_bound > progress_step * std::abs(lower))) return;
+    }
+    result_.progress.push_back({elapsed(), lower, result_.best});
   }
 
   bool make_roots() {
@@ -399,26 +433,18 @@ class LengthTree {
     }
   }
 
-  void finish() {
-    double lower = closed_bound_;
-    if (!open_.empty()) lower = std::min(lower, open_.top().bound);
-    result_.lower_bound = std::min(lower, result_.best);
-    for (; options_.keeps_certificates && !open_.empty(); open_.pop()) keep_certificate(open_.top());
-  }
-
   const DesignSpace& space_;
   const LengthDesignJudge& judge_;
-  const LengthBoundOptions& options_;
+  const LengthBoundOptions options_;
+  double start_time_;
   std::vector<LengthGeometry> geometries_;
   std::deque<GeometryPrograms> programs_;  ///< refer to the geometries, which are not moved any more
   std::priority_queue<Node, std::vector<Node>, HasHigherBound> open_;
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
   VectorX best_lengths_;            ///< of the best design, in its geometry
   int searches_ = 0;
-  LengthBound result_;
+  LengthBound result_;  ///< without its bound
 };
-
-}  // namespace
 
 std::vector<int> list_followed_trajectories(const DesignSpace& space) {
   std::vector<int> followed;
@@ -435,9 +461,25 @@ std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& s
   return std::make_unique<ConditionsJudge>(space);
 }
 
+LengthBoundSearch::LengthBoundSearch(const DesignSpace& space, const LengthDesignJudge& judge,
+                                     const LengthBoundOptions& options)
+    : tree_(std::make_unique<Tree>(space, judge, options)) {}
+
+LengthBoundSearch::~LengthBoundSearch() = default;
+
+void LengthBoundSearch::run(const std::function<bool()>& interrupted) { tree_->run(interrupted); }
+
+void LengthBoundSearch::add_design(const VectorX& x, double mass) { tree_->add_design(x, mass); }
+
+bool LengthBoundSearch::is_finished() const { return tree_->is_finished(); }
+
+LengthBound LengthBoundSearch::result() const { return tree_->result(); }
+
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
                                const LengthBoundOptions& options) {
-  return LengthTree(space, judge, options).search();
+  LengthBoundSearch search(space, judge, options);
+  search.run({});
+  return search.result();
 }
 
 }  // namespace balance

@@ -34,7 +34,13 @@ struct LengthBoundOptions {
   /// Indices of trajectories that every design must follow; lengths with which they cannot be assembled do not count.
   std::vector<int> required_trajectories = {};
   bool keeps_certificates = false;
-  std::function<bool()> interrupted = {};  ///< asked after every box
+};
+
+/// What was known after a time.
+struct LengthBoundProgress {
+  double seconds = 0;      ///< of this search [s], CPU time
+  double lower_bound = 0;  ///< [kg]
+  double best = 0;         ///< [kg]; infinite: no design yet
 };
 
 /// The proof for one box of lengths.
@@ -53,6 +59,7 @@ struct LengthBound {
   std::vector<std::string> geometries;                    ///< to which the bound applies: "general lengths", …
   std::vector<std::string> uncovered;                     ///< geometries within the bounds to which it does not apply
   long nodes = 0;                                         ///< boxes bounded
+  std::vector<LengthBoundProgress> progress;              ///< where bound or best design changed, and at the end
   std::vector<LengthCertificate>
       certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
 
@@ -63,6 +70,27 @@ struct LengthBound {
 
 /// Indices of the trajectories that the start values can follow and that do not depend on masses.
 std::vector<int> list_followed_trajectories(const DesignSpace& space);
+
+/// A branch and bound that can be continued, and that hears of designs that others found.
+class LengthBoundSearch {
+ public:
+  /// @param space, judge must outlive this object
+  LengthBoundSearch(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options);
+  ~LengthBoundSearch();
+
+  /// Bounds boxes until the gap is closed, nothing is left to divide, the boxes or the time are used up.
+  /// @param interrupted asked after every box
+  void run(const std::function<bool()>& interrupted);
+  /// A design of another search: x in the study's order, its mass [kg].
+  void add_design(const VectorX& x, double mass);
+  /// Whether more time cannot tell more.
+  bool is_finished() const;
+  LengthBound result() const;
+
+ private:
+  class Tree;
+  std::unique_ptr<Tree> tree_;
+};
 
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
                                const LengthBoundOptions& options = {});

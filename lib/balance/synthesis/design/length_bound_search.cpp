@@ -4,21 +4,28 @@
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cmath>
 
 namespace balance::design {
 
 namespace {
 
-/// Part of the time of a design for the bound over all lengths, before the search.
-constexpr double max_time_fraction = 0.2, max_bound_seconds = 3;
-constexpr long max_bounded_boxes = 2000;
-/// Relative: the search takes a design that is as near to the bound as proved.
+/// Part of the time of a design for the bound before the search, and its limit [s].
+constexpr double first_time_fraction = 0.2, max_first_seconds = 3;
+/// Part of the remaining time for the search where the bound is not reached.
+constexpr double search_time_fraction = 0.5;
+/// Time to find a compromise where no lengths meet the conditions [s].
+constexpr double max_compromise_seconds = 2;
+/// Time that the bound may take after a short search [s].
+constexpr double min_second_seconds = 3;
+constexpr long max_bounded_boxes = 20'000;
+/// Relative: the bound is not raised any more.
 constexpr double closed_gap = 1e-8;
+/// Relative: a design that is lighter than the bound by more is of a geometry that it does not cover.
+constexpr double refutation_tolerance = 1e-6;
 
-/// The spec's request with what the options replace.
+/// The spec's request with what the options replace; none if lengths cannot be bounded with them.
 std::optional<DesignSpace> requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
   const bool has_sizes = std::any_of(space.start.free_numbers.begin(), space.start.free_numbers.end(),
                                      [](const FreeNumber& number) { return !number.discrete_values.empty(); });
@@ -29,58 +36,140 @@ std::optional<DesignSpace> requested_space(const DesignSpace& space, const Desig
     requested.start.design.minimize = options.minimize;
     requested.start.design.front = {};
   }
+  const certificate::LinkageReading reading = certificate::read_linkage(requested);
+  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   return requested;
 }
 
-std::optional<LengthBound> find_bound(const DesignSpace& space, const DesignStudyOptions& options) {
-  const std::optional<DesignSpace> requested = requested_space(space, options);
-  if (!requested) return std::nullopt;
-  const certificate::LinkageReading reading = certificate::read_linkage(*requested);
-  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
-  const double start_time = thread_cpu_time();
-  const double seconds = std::min(max_bound_seconds, max_time_fraction * options.search.max_time);
-  LengthBoundOptions bound_options;
-  bound_options.max_nodes = max_bounded_boxes;
-  bound_options.gap_tolerance = closed_gap;
-  bound_options.interrupted = [&] {
-    const double elapsed = thread_cpu_time() - start_time;
-    return elapsed > seconds || (options.on_progress && !options.on_progress({elapsed, options.search.max_time}));
-  };
-  bound_options.required_trajectories = list_followed_trajectories(*requested);
-  LengthBound bound = bound_over_lengths(*requested, *make_length_design_judge(*requested), bound_options);
-  return bound.reason.empty() ? std::optional(std::move(bound)) : std::nullopt;
-}
+/// The bound and the search in turns, within the time of the design.
+class BoundedSearch {
+ public:
+  BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
+      : problem_(problem),
+        judge_(make_length_design_judge(space)),
+        bound_(space, *judge_, bound_options(space)),
+        start_time_(thread_cpu_time()) {}
 
-/// Replaces what refers to the start values.
-void describe_start(const DesignProblem& problem, DesignOutcome& outcome) {
-  if (problem.objective) outcome.start_objective = evaluate_figure(problem, *problem.objective, start_values(problem));
-  const Mechanism start = problem.model->build_mechanism(start_values(problem));
-  const Conditions conditions = problem.model->derive_conditions(start, problem.goals, problem.options);
-  outcome.residuals_before = VectorX();
-  if (conditions.status == ConditionsStatus::done && conditions.pivots == outcome.conditions.pivots)
-    outcome.residuals_before = scaled_residuals(conditions, term_values(start, problem.options.loose_springs));
+  DesignOutcome solve() {
+    raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
+    if (const LengthBound first = bound_.result(); has_closed_gap(first)) {
+      DesignOutcome outcome = solve_at_lengths(first.design);
+      if (is_design(outcome) && outcome.objective <= first.best * (1 + closed_gap)) return outcome;
+    }
+    DesignOutcome outcome = search();
+    const LengthBound last = bound_.result();
+    if (last.design.size() == 0 || (is_design(outcome) && outcome.objective <= last.best * (1 + closed_gap)))
+      return outcome;
+    DesignOutcome lighter = solve_at_lengths(last.design);
+    if (!is_design(lighter) || (is_design(outcome) && !(lighter.objective < outcome.objective))) return outcome;
+    lighter.effort = outcome.effort;
+    lighter.search_summary = outcome.search_summary;
+    lighter.optimality = outcome.optimality;
+    return lighter;
+  }
+
+  LengthBound bound() const { return bound_.result(); }
+
+ private:
+  static LengthBoundOptions bound_options(const DesignSpace& space) {
+    LengthBoundOptions options;
+    options.max_nodes = max_bounded_boxes;
+    options.gap_tolerance = closed_gap;
+    options.required_trajectories = list_followed_trajectories(space);
+    return options;
+  }
+
+  static bool has_closed_gap(const LengthBound& bound) {
+    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= closed_gap;
+  }
+
+  double elapsed() const { return thread_cpu_time() - start_time_; }
+  double remaining() const { return std::max(0.0, problem_.search.max_time - elapsed()); }
+
+  void raise_bound(double seconds) {
+    const double end = elapsed() + seconds;
+    bound_.run([&] {
+      is_interrupted_ = is_interrupted_ || (problem_.on_progress &&
+                                            !problem_.on_progress({elapsed(), problem_.search.max_time}));
+      return is_interrupted_ || elapsed() > end;
+    });
+  }
+
+  /// Searches from the best lengths so far, and raises the bound in the time that is left.
+  DesignOutcome search() {
+    const LengthBound known = bound_.result();
+    DesignProblem from_best = problem_;
+    if (known.design.size() > 0) set_start(from_best, known.design);
+    if (known.reason.empty() && std::isfinite(known.lower_bound)) from_best.proved_lower_bound = known.lower_bound;
+    const bool is_decided = !known.reason.empty() || bound_.is_finished();
+    from_best.search.max_time = known.is_impossible() ? std::min(remaining(), max_compromise_seconds)
+                                : is_decided          ? remaining()
+                                                      : search_time_fraction * remaining();
+    from_best.search.max_time = std::max(from_best.search.max_time, 1e-3);
+    const double before = elapsed();
+    DesignOutcome outcome = solve_design(from_best);
+    if (known.design.size() > 0) describe_start(outcome);
+    if (is_decided) return outcome;
+    if (is_design(outcome) && outcome.status == DesignStatus::balanced)
+      bound_.add_design(outcome.x, outcome.objective);
+    if (!is_interrupted_) raise_bound(std::min(remaining(), std::max(min_second_seconds, elapsed() - before)));
+    return outcome;
+  }
+
+  DesignOutcome solve_at_lengths(const VectorX& x) const {
+    SearchBudget budget(std::max(remaining(), 1.0), problem_.on_progress);
+    const SolverContext context(problem_, budget);
+    DesignProblem fixed = make_fixed_geometry_problem(context, x, std::max(remaining(), 1.0));
+    DesignOutcome outcome = solve_design(fixed);
+    describe_start(outcome);
+    return outcome;
+  }
+
+  /// Replaces what refers to the start values.
+  void describe_start(DesignOutcome& outcome) const {
+    if (problem_.objective)
+      outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start_values(problem_));
+    const Mechanism start = problem_.model->build_mechanism(start_values(problem_));
+    const Conditions conditions = problem_.model->derive_conditions(start, problem_.goals, problem_.options);
+    outcome.residuals_before = VectorX();
+    if (conditions.status == ConditionsStatus::done && conditions.pivots == outcome.conditions.pivots)
+      outcome.residuals_before = scaled_residuals(conditions, term_values(start, problem_.options.loose_springs));
+  }
+
+  const DesignProblem& problem_;
+  std::unique_ptr<LengthDesignJudge> judge_;
+  LengthBoundSearch bound_;
+  double start_time_;
+  bool is_interrupted_ = false;
+};
+
+/// @return whether the bound agrees with the outcome
+bool apply_bound(const LengthBound& bound, DesignOutcome& outcome) {
+  const bool has_design = is_design(outcome) && outcome.status == DesignStatus::balanced;
+  if (bound.is_impossible()) {
+    if (has_design) return false;
+    if (outcome.status != DesignStatus::compromise) return true;
+    outcome.status = DesignStatus::infeasible;
+    outcome.is_proved_infeasible = true;
+    outcome.reason = "no masses and places within the bounds of the free numbers meet the conditions, at any lengths";
+    return true;
+  }
+  if (!has_design) return true;
+  if (outcome.objective < bound.lower_bound * (1 - refutation_tolerance)) return false;
+  raise_lower_bound(outcome, bound.lower_bound);
+  return true;
 }
 
 }  // namespace
 
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
-  bound = find_bound(space, options);
-  if (!bound) return solve_design(problem);
-  const bool covers_all = bound->uncovered.empty();
-  DesignProblem from_best = problem;
-  if (bound->design.size() > 0) set_start(from_best, bound->design);
-  if (covers_all && std::isfinite(bound->lower_bound)) from_best.proved_lower_bound = bound->lower_bound;
-  DesignOutcome outcome = solve_design(from_best);
-  if (bound->design.size() > 0) describe_start(problem, outcome);
-  if (!covers_all) return outcome;
-  if (bound->is_impossible() && outcome.status == DesignStatus::compromise) {
-    outcome.status = DesignStatus::infeasible;
-    outcome.is_proved_infeasible = true;
-    outcome.reason = "no lengths, masses and places within the bounds of the free numbers meet the conditions";
-  } else if (std::isfinite(bound->lower_bound) && outcome.status == DesignStatus::balanced && outcome.within_limits) {
-    raise_lower_bound(outcome, bound->lower_bound);
-  }
+  const std::optional<DesignSpace> requested = requested_space(space, options);
+  if (!requested) return solve_design(problem);
+  BoundedSearch search(*requested, problem);
+  DesignOutcome outcome = search.solve();
+  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome))
+    bound = std::move(found);
   return outcome;
 }
 

@@ -8,8 +8,9 @@
 
 namespace balance::design {
 
-/// Solves a problem of a spec. If all its lengths can be bounded, the search starts at the best lengths of the bound's
-/// tree, its result has the bound, and limits that no lengths can meet are proved so.
+/// Solves a problem of a spec. Where all its lengths can be bounded, the bound comes first: if it is reached, its design
+/// is the answer. Otherwise the search starts at the best lengths of the bound's tree, and the tree goes on with what
+/// the search found. The outcome has the bound, and limits that no lengths can meet are proved so.
 /// @param bound the bound, if there is one
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound);
