@@ -74,13 +74,14 @@ TEST_CASE("sizes leave as little of the conditions as any combination of them") 
       CHECK(report.outcome.optimality == balance::Optimality::proved_global);
       CHECK(is_a_size(space, report.outcome.x));
       const auto conditions = derive_conditions(space.start.mechanism, space.start.design.goals);
-      double least = 1e9;
+      double min_value = 1e9;
       for_all(space, [&](const VectorX& x) {
-        least = std::min(least, scaled_residuals(conditions, term_values(space.instantiate(x).mechanism)).norm());
+        min_value =
+            std::min(min_value, scaled_residuals(conditions, term_values(space.instantiate(x).mechanism)).norm());
       });
       const double found =
           scaled_residuals(conditions, term_values(space.instantiate(report.outcome.x).mechanism)).norm();
-      CHECK(found == doctest::Approx(least).epsilon(1e-9));
+      CHECK(found == doctest::Approx(min_value).epsilon(1e-9));
     }
 }
 
@@ -92,14 +93,15 @@ TEST_CASE("sizes have the least figure of all combinations, and the bound says s
         read(replaced(chain(random, 3, false), "goal: static", fmt::format("minimize: {}", figure)));
     const DesignReport report = find_design(space);
     const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
-    double least = 1e9;
+    double min_value = 1e9;
     for_all(space, [&](const VectorX& x) {
-      least = std::min(least, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
+      min_value =
+          std::min(min_value, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
     });
-    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
     CHECK(report.outcome.optimality == balance::Optimality::proved_global);
     CHECK(report.outcome.lower_bound <= report.outcome.objective);
-    CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
+    CHECK(report.outcome.lower_bound == doctest::Approx(min_value).epsilon(1e-5));
   }
 }
 
@@ -191,12 +193,13 @@ bool are_different(const VectorX& x, bool counts_zero = true) {
 template <class Predicate>
 double min_figure(const DesignSpace& space, const Predicate& is_accepted) {
   const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
-  double least = 1e9;
+  double min_value = 1e9;
   for_all(space, [&](const VectorX& x) {
     if (is_accepted(x))
-      least = std::min(least, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
+      min_value =
+          std::min(min_value, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
   });
-  return least;
+  return min_value;
 }
 
 }  // namespace
@@ -213,12 +216,12 @@ TEST_CASE("sizes that must differ have the least figure of all combinations that
         const DesignReport report = find_design(space);
         CHECK(is_a_size(space, report.outcome.x));
         CHECK(are_different(report.outcome.x));
-        const double least = min_figure(space, [](const VectorX& x) { return are_different(x); });
-        CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+        const double min_value = min_figure(space, [](const VectorX& x) { return are_different(x); });
+        CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
         CHECK(report.outcome.optimality == balance::Optimality::proved_global);
-        CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
+        CHECK(report.outcome.lower_bound == doctest::Approx(min_value).epsilon(1e-5));
         const double any = min_figure(space, [](const VectorX&) { return true; });
-        if (any < least * (1 - 1e-9)) continue;
+        if (any < min_value * (1 - 1e-9)) continue;
         DesignSpace unrestricted = space;
         unrestricted.start.design.all_different.clear();
         CHECK(find_design(unrestricted).outcome.objective == doctest::Approx(report.outcome.objective).epsilon(1e-9));
@@ -231,9 +234,9 @@ TEST_CASE("sizes of elements that are left out need not differ") {
     const DesignSpace space =
         read(chain_of_different(seed, 3, "choose: {counterweights: 1}, minimize: {rms: torque, along: cycloid}"));
     const DesignReport report = find_design(space);
-    const double least =
+    const double min_value =
         min_figure(space, [](const VectorX& x) { return (x.array() != 0).count() <= 1 && are_different(x, false); });
-    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
     CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   }
 }
@@ -246,16 +249,16 @@ TEST_CASE("sizes that must differ are decided beside numbers without sizes") {
     const std::string text = replaced(free, "mass: {free: [0, 4], step: 0.7}", "mass: {free: [0, 4]}");
     const DesignSpace space = read(text);
     const DesignReport report = find_design(space);
-    double least = 1e9;
+    double min_value = 1e9;
     for (int first = 0; first <= 8; ++first)
       for (int second = 0; second <= 8; ++second) {
         if (first == second) continue;
         DesignSpace fixed = space.fix_others(Eigen::Vector3d(1.5 * first, 1.5 * second, 1), {2});
         CHECK(fixed.start.design.all_different.front().numbers.empty());
-        least = std::min(least, find_design(fixed).outcome.objective);
+        min_value = std::min(min_value, find_design(fixed).outcome.objective);
       }
     CHECK(report.outcome.x[0] != report.outcome.x[1]);
-    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
     CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   }
 }
@@ -266,9 +269,9 @@ TEST_CASE("a fixed number keeps its size from those that must differ from it") {
   DesignSpace fixed = space.fix_others(Eigen::Vector3d(taken, 0, 0), {1, 2});
   const DesignReport report = find_design(fixed);
   CHECK(report.outcome.x[0] != taken);
-  const double least =
+  const double min_value =
       min_figure(fixed, [&](const VectorX& x) { return x[0] != taken && x[1] != taken && x[0] != x[1]; });
-  CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+  CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
 }
 
 TEST_CASE("sizes that balance only if two are equal are proved to be impossible if they must differ") {

@@ -186,4 +186,23 @@ std::string quote_for_message(std::string_view text) {
   return "'" + escape_for_terminal(text.substr(0, end)) + (end < text.size() ? "…" : "") + "'";
 }
 
+bool is_glob_match(std::string_view name, std::string_view text) {
+  std::size_t n = 0, t = 0, star = std::string_view::npos, consumed = 0;
+  while (t < text.size()) {
+    if (n < name.size() && name[n] == '*') {
+      star = n++;
+      consumed = t;
+    } else if (n < name.size() && name[n] == text[t]) {
+      ++n, ++t;
+    } else if (star != std::string_view::npos) {
+      n = star + 1;
+      t = ++consumed;
+    } else {
+      return false;
+    }
+  }
+  while (n < name.size() && name[n] == '*') ++n;
+  return n == name.size();
+}
+
 }  // namespace balance

@@ -40,4 +40,10 @@ std::string join_alternatives(const std::vector<std::string>& names);
 /// The text in single quotes, truncated and with invisible characters escaped (foundation/base/unicode_text.hpp).
 std::string quote_for_message(std::string_view text);
 
+/// Whether a name is a pattern, in which a star stands for any characters.
+inline bool has_wildcards(std::string_view name) { return name.find('*') != std::string_view::npos; }
+
+/// Whether such a pattern matches the whole text, with at most one step per star and character.
+bool is_glob_match(std::string_view name, std::string_view text);
+
 }  // namespace balance

@@ -44,6 +44,19 @@ VectorX apply_step(const VectorX& u, const VectorX& d) {
 
 }  // namespace
 
+NonlinearSystem restrict_to_variables(const NonlinearSystem& equations, const std::vector<int>& variables,
+                                      const VectorX& u) {
+  NonlinearSystem restricted{equations.primary_rows, equations.row_count, {}};
+  restricted.evaluate = [&equations, variables, all = u](const VectorX& v, VectorX& values, MatrixX* jacobian) mutable {
+    all(variables) = v;
+    MatrixX slopes;
+    if (!equations.evaluate(all, values, jacobian != nullptr ? &slopes : nullptr)) return false;
+    if (jacobian != nullptr) *jacobian = slopes(Eigen::all, variables);
+    return true;
+  };
+  return restricted;
+}
+
 LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, VectorX start, int iterations,
                                              const std::function<bool()>& stop) {
   LeastSquaresResult result{std::move(start), {}, std::numeric_limits<double>::infinity()};

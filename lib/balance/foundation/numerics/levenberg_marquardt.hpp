@@ -16,6 +16,11 @@ struct NonlinearSystem {
   std::function<bool(const VectorX& u, VectorX& values, MatrixX* jacobian)> evaluate;
 };
 
+/// The equations as functions of some of the variables; the others have their values at u.
+/// @param equations must outlive the result
+NonlinearSystem restrict_to_variables(const NonlinearSystem& equations, const std::vector<int>& variables,
+                                      const VectorX& u);
+
 struct LeastSquaresResult {
   VectorX u;
   VectorX values;

@@ -1,7 +1,6 @@
 #include "balance/interface/specification/read_all_different.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/interface/specification/read_tolerance_section.hpp"
 #include "balance/motion/study/different_numbers.hpp"
 
 #include <fmt/format.h>
@@ -47,7 +46,7 @@ class AllDifferentReader {
 
   void read_name(const SpecCursor& item) {
     const std::string& name = item.read_word("the name of a free number with sizes");
-    if (name.find('*') != std::string::npos) {
+    if (has_wildcards(name)) {
       const auto matches = find_by([&](const std::string& path) { return is_glob_match(name, path); });
       if (matches.empty()) fail_unknown(item);
       for (const FreeNumber* number : matches) add(item, *number);
@@ -132,11 +131,7 @@ class AllDifferentReader {
   }
 
   void check_shortage(const SpecCursor& list) const {
-    DifferentNumbers different;
-    for (const std::string& path : group_.paths)
-      for (std::size_t i = 0; i < free_.size(); ++i)
-        if (free_[i].key_path == path) different.numbers.push_back(static_cast<int>(i));
-    const std::string shortage = find_size_shortage(different, free_);
+    const std::string shortage = find_size_shortage({find_free_numbers(group_.paths, free_), {}}, free_);
     if (!shortage.empty())
       list.fail({.expected = "at least as many sizes as numbers",
                  .found = shortage,

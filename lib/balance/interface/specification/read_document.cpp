@@ -12,6 +12,7 @@
 #include "balance/interface/specification/spec_rewrites.hpp"
 #include "balance/interface/specification/spec_units.hpp"
 #include "balance/interface/specification/study_builder.hpp"
+#include "balance/motion/study/different_numbers.hpp"
 #include "balance/motion/study/study.hpp"
 
 #include <fmt/format.h>
@@ -254,13 +255,8 @@ void read_document(const std::string& text, const YamlNode* root, const SpecPara
   const auto& free = draft.study.free_numbers;
   for (std::size_t i = 0; i < free.size(); ++i)
     if (draft.adapted.contains(free[i].key_path)) draft.study.design.cases.adapted.push_back(static_cast<int>(i));
-  for (const DifferentPaths& different : draft.all_different) {
-    DifferentNumbers numbers{{}, different.taken};
-    for (const std::string& path : different.paths)
-      for (std::size_t i = 0; i < free.size(); ++i)
-        if (free[i].key_path == path) numbers.numbers.push_back(static_cast<int>(i));
-    draft.study.design.all_different.push_back(std::move(numbers));
-  }
+  for (const DifferentPaths& different : draft.all_different)
+    draft.study.design.all_different.push_back({find_free_numbers(different.paths, free), different.taken});
   for (std::string& warning : list_implausible_numbers(draft.study, draft.units))
     draft.study.warnings.push_back(std::move(warning));
 }

@@ -5,9 +5,6 @@
 
 namespace balance::specification {
 
-/// Whether a pattern, in which a star stands for any characters, matches the whole text.
-bool is_glob_match(std::string_view name, std::string_view text);
-
 /// The names in the section, for read_number(). Mistakes in them are reported later.
 /// @param section null if the spec has none
 std::set<std::string> list_tolerance_names(const SpecCursor* section);

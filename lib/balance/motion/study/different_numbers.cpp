@@ -2,9 +2,9 @@
 
 #include "balance/foundation/base/spelling.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
 
@@ -51,7 +51,17 @@ class BipartiteMatching {
   std::vector<bool> is_visited_;
 };
 
-/// Different sizes of all domains, ascending.
+}  // namespace
+
+bool is_same_size(double a, double b, double scale) {
+  constexpr double size_tolerance = 1e-12;  // round-off of multiples of a step and of units
+  return std::abs(a - b) <= size_tolerance * scale;
+}
+
+bool is_taken(const std::vector<double>& taken, double size, double scale) {
+  return std::any_of(taken.begin(), taken.end(), [&](double other) { return is_same_size(other, size, scale); });
+}
+
 std::vector<double> merge_sizes(const std::vector<std::vector<double>>& domains, double scale) {
   std::vector<double> all, merged;
   for (const std::vector<double>& domain : domains) all.insert(all.end(), domain.begin(), domain.end());
@@ -61,18 +71,12 @@ std::vector<double> merge_sizes(const std::vector<std::vector<double>>& domains,
   return merged;
 }
 
-std::string format_size(double size) {
-  std::array<char, 32> text;
-  const std::to_chars_result end =
-      std::to_chars(text.data(), text.data() + text.size(), size, std::chars_format::general, 6);
-  return {text.data(), end.ptr};
-}
-
-}  // namespace
-
-bool is_same_size(double a, double b, double scale) {
-  constexpr double size_tolerance = 1e-12;  // round-off of multiples of a step and of units
-  return std::abs(a - b) <= size_tolerance * scale;
+std::vector<int> find_free_numbers(const std::vector<std::string>& paths, const std::vector<FreeNumber>& free) {
+  std::vector<int> numbers;
+  for (const std::string& path : paths)
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (free[i].key_path == path) numbers.push_back(static_cast<int>(i));
+  return numbers;
 }
 
 std::vector<std::size_t> find_scarce_domains(const std::vector<std::vector<double>>& domains, double scale) {
@@ -96,10 +100,7 @@ std::string find_size_shortage(const DifferentNumbers& different, const std::vec
     for (const double size : domains.back()) scale = std::max(scale, std::abs(size));
   }
   for (std::vector<double>& domain : domains)
-    std::erase_if(domain, [&](double size) {
-      return std::any_of(different.taken.begin(), different.taken.end(),
-                         [&](double taken) { return is_same_size(taken, size, scale); });
-    });
+    std::erase_if(domain, [&](double size) { return is_taken(different.taken, size, scale); });
   std::vector<std::string> names, sizes;
   std::vector<std::vector<double>> scarce;
   double unit = 1;
@@ -110,7 +111,7 @@ std::string find_size_shortage(const DifferentNumbers& different, const std::vec
     unit = number.unit;
   }
   if (names.empty()) return "";
-  for (const double size : merge_sizes(scarce, scale)) sizes.push_back(format_size(size / unit));
+  for (const double size : merge_sizes(scarce, scale)) sizes.push_back(fmt::format("{:.6g}", size / unit));
   const std::string subject = join_with_conjunction(names, "and") + (names.size() == 1 ? " has" : " have");
   if (sizes.empty()) return subject + " no size that another number has not taken";
   return subject + " only " + count_noun(static_cast<long>(sizes.size()), "different size", "different sizes") + ": " +

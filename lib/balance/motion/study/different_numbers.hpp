@@ -11,6 +11,15 @@ namespace balance {
 /// Whether two sizes are equal up to round-off. @param scale largest magnitude of such sizes
 bool is_same_size(double a, double b, double scale);
 
+/// Whether one of the sizes that are taken is this one.
+bool is_taken(const std::vector<double>& taken, double size, double scale);
+
+/// The different sizes of all domains, ascending.
+std::vector<double> merge_sizes(const std::vector<std::vector<double>>& domains, double scale);
+
+/// Indices of the free numbers with these paths.
+std::vector<int> find_free_numbers(const std::vector<std::string>& paths, const std::vector<FreeNumber>& free);
+
 /// Domains that together have fewer different sizes than there are of them (Hall's theorem); empty if each domain can
 /// give a size of its own.
 /// @param domains sizes from which one is to be taken each @param scale as in is_same_size

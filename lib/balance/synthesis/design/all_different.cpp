@@ -19,29 +19,23 @@ bool contains_variable(const std::vector<int>& variables, int variable) {
 AllDifferent::AllDifferent(const DesignProblem& problem) : problem_(problem) {
   for (const DifferentNumbers& different : problem.all_different) {
     Group group{different.numbers, different.taken, 0, {}, true};
-    std::vector<double> all;
-    for (const int i : group.variables) all.insert(all.end(), sizes_of(i).begin(), sizes_of(i).end());
-    for (const double size : all) group.scale = std::max(group.scale, std::abs(size));
-    std::sort(all.begin(), all.end());
-    for (const double size : all)
-      if (!is_taken(group, size) && (group.sizes.empty() || !is_same_size(group.sizes.back(), size, group.scale)))
-        group.sizes.push_back(size);
+    std::vector<std::vector<double>> domains;
     for (const int i : group.variables) {
-      const auto count =
-          std::count_if(sizes_of(i).begin(), sizes_of(i).end(), [&](double size) { return !is_taken(group, size); });
-      group.is_uniform = group.is_uniform && static_cast<std::size_t>(count) == group.sizes.size();
+      domains.push_back(sizes_of(i));
+      for (const double size : domains.back()) group.scale = std::max(group.scale, std::abs(size));
     }
+    for (std::vector<double>& domain : domains)
+      std::erase_if(domain, [&](double size) { return is_taken(group.taken, size, group.scale); });
+    group.sizes = merge_sizes(domains, group.scale);
+    group.is_uniform = std::all_of(domains.begin(), domains.end(), [&](const std::vector<double>& domain) {
+      return domain.size() == group.sizes.size();
+    });
     groups_.push_back(std::move(group));
   }
 }
 
 const std::vector<double>& AllDifferent::sizes_of(int variable) const {
   return problem_.variables[static_cast<std::size_t>(variable)].discrete_values;
-}
-
-bool AllDifferent::is_taken(const Group& group, double size) {
-  return std::any_of(group.taken.begin(), group.taken.end(),
-                     [&](double taken) { return is_same_size(taken, size, group.scale); });
 }
 
 bool AllDifferent::contains(int variable) const {
@@ -52,7 +46,7 @@ bool AllDifferent::contains(int variable) const {
 bool AllDifferent::is_violated_by(int variable, const VectorX& x, const std::vector<bool>& is_set) const {
   for (const Group& group : groups_) {
     if (!contains_variable(group.variables, variable)) continue;
-    if (is_taken(group, x[variable])) return true;
+    if (is_taken(group.taken, x[variable], group.scale)) return true;
     for (const int other : group.variables)
       if (other != variable && is_set[static_cast<std::size_t>(other)] &&
           is_same_size(x[other], x[variable], group.scale))
@@ -85,7 +79,7 @@ bool AllDifferent::can_complete(const VectorX& x, const std::vector<bool>& is_se
     std::vector<std::vector<double>> domains;
     for (const int i : group.variables) {
       domains.push_back(is_set[static_cast<std::size_t>(i)] ? std::vector<double>{x[i]} : sizes_of(i));
-      std::erase_if(domains.back(), [&](double size) { return is_taken(group, size); });
+      std::erase_if(domains.back(), [&](double size) { return is_taken(group.taken, size, group.scale); });
     }
     if (!find_scarce_domains(domains, group.scale).empty()) return false;
   }
@@ -99,7 +93,7 @@ bool AllDifferent::propagate(VectorX& lower, VectorX& upper, const std::vector<b
       if (!is_active[static_cast<std::size_t>(i)]) continue;
       std::vector<double> domain;
       for (const double size : sizes_of(i)) {
-        if (size < lower[i] || size > upper[i] || is_taken(group, size)) continue;
+        if (size < lower[i] || size > upper[i] || is_taken(group.taken, size, group.scale)) continue;
         const bool is_fixed_elsewhere = std::any_of(group.variables.begin(), group.variables.end(), [&](int other) {
           return other != i && is_active[static_cast<std::size_t>(other)] && lower[other] == upper[other] &&
                  is_same_size(lower[other], size, group.scale);

@@ -42,7 +42,6 @@ class AllDifferent {
     bool is_uniform = false;    ///< all variables have all sizes
   };
   const std::vector<double>& sizes_of(int variable) const;
-  static bool is_taken(const Group& group, double size);
 
   const DesignProblem& problem_;
   std::vector<Group> groups_;

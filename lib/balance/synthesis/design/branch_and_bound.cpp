@@ -1,5 +1,7 @@
 #include "balance/synthesis/design/branch_and_bound.hpp"
 
+#include "balance/synthesis/design/derived_problems.hpp"
+#include "balance/synthesis/design/limit_relaxation.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <algorithm>
@@ -442,7 +444,7 @@ std::optional<DiscreteCandidate> BranchAndBound::make_candidate(DesignOutcome ou
     candidate.value = is_figure_first ? outcome.objective : outcome.residuals_after.norm();
   } else if (!outcome.within_limits) {
     candidate.rank = DiscreteCandidate::Rank::limits_violated;
-    for (const LimitOutcome& limit : outcome.limits) candidate.value = std::max(candidate.value, limit.violation);
+    candidate.value = max_limit_violation(outcome);
   } else {
     candidate.rank = DiscreteCandidate::Rank::exact;
     candidate.value = problem_.objective ? outcome.objective : 0;

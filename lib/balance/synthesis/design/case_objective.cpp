@@ -286,17 +286,24 @@ void add_limit(std::vector<ConvexLimit> case_limits, CaseAggregation across, std
 CaseFigures::CaseFigures(const CaseSpace& space, const FreeSprings& loose)
     : space_(space), offsets_(case_offsets(space, loose)), parameter_count_(count_parameters(offsets_)) {}
 
-bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  // the worst of several sums is not a figure of series
+namespace {
+
+/// Whether the terms of all cases combine to a figure of series; the worst of several sums, as ranges are, does not.
+bool are_combinable(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) {
   const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
-  return !(across == CaseAggregation::worst && is_sum) &&
+  return !(across == CaseAggregation::worst && is_sum);
+}
+
+}  // namespace
+
+bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
+  return are_combinable(terms, across) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }
 
 bool CaseFigures::are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
-  return !(across == CaseAggregation::worst && is_sum) &&
+  return are_combinable(terms, across) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_statistics_of_affine_quantities(one, terms); });
 }

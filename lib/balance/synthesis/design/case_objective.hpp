@@ -62,7 +62,7 @@ class CaseFigures {
   /// Whether the terms and their combination over the cases are such functions; the worst case of a sum of several
   /// terms is not.
   bool are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const;
-  /// Whether each figure of a case is a statistic of an affine quantity, and `terms` keeps them apart.
+  /// Whether each figure of a case is a statistic of an affine quantity, and `terms` returns each separately.
   bool are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const;
   /// @param terms convex as above @return std::nullopt if a case has no motion
   std::optional<std::vector<AffineFigure>> terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across,

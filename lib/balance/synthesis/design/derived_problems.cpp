@@ -245,7 +245,7 @@ DesignProblem make_fixed_geometry_problem(const SolverContext& context, const Ve
   }
   restricted.model = std::make_shared<const FixedGeometryModel>(problem.model, fixed);
   restricted.options = context.options;
-  restricted.all_different.clear();  // their indices refer to all variables; whoever sets the sizes keeps to it
+  restricted.all_different.clear();  // their indices refer to all variables; the search over sizes obeys them
   restricted.violation_floor = {};
   restricted.is_subproblem = true;
   restricted.on_progress = [&context](const SearchProgress&) { return !context.budget.is_interrupted(); };

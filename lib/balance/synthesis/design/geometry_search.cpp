@@ -216,27 +216,21 @@ class GeometrySearch {
     for (int i = 0; i < u.size(); ++i)
       if (slope[i] == 0) neutral.push_back(i);
     if (!neutral.empty() && static_cast<Eigen::Index>(neutral.size()) < u.size()) {
-      const VectorX restored = solve_for(equations, neutral, u);
+      const VectorX restored = solve_for(equations, neutral, u).u;
       if (is_exact(context_, equations, restored)) return restored;
     }
     return solve_levenberg_marquardt(equations, u).u;
   }
 
   /// Levenberg–Marquardt on some of the variables.
-  static VectorX solve_for(const NonlinearSystem& equations, const std::vector<int>& variables, const VectorX& u) {
-    NonlinearSystem restricted = equations;
-    const auto insert = [&](const VectorX& v) {
-      VectorX all = u;
-      all(variables) = v;
-      return all;
-    };
-    restricted.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      MatrixX slopes;
-      if (!equations.evaluate(insert(v), values, jacobian != nullptr ? &slopes : nullptr)) return false;
-      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, variables);
-      return true;
-    };
-    return insert(solve_levenberg_marquardt(restricted, u(variables)).u);
+  static LeastSquaresResult solve_for(const NonlinearSystem& equations, const std::vector<int>& variables,
+                                      const VectorX& u, int iterations = 100) {
+    LeastSquaresResult result =
+        solve_levenberg_marquardt(restrict_to_variables(equations, variables, u), u(variables), iterations);
+    VectorX all = u;
+    all(variables) = result.u;
+    result.u = std::move(all);
+    return result;
   }
 
   /// A descent on all variables at once.
@@ -312,20 +306,7 @@ class GeometrySearch {
 
   /// Gauss–Newton on the variables that do not change the geometry, with the goal's rows at fixed samples.
   LeastSquaresResult solve_inertial_variables(const VectorX& u) const {
-    NonlinearSystem inertial_equations = equations_;
-    inertial_equations.evaluate = [this, &u](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      VectorX all = u;
-      all(inertial_variables_) = v;
-      MatrixX slopes;
-      if (!equations_.evaluate(all, values, jacobian != nullptr ? &slopes : nullptr)) return false;
-      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, inertial_variables_);
-      return true;
-    };
-    LeastSquaresResult descent = solve_levenberg_marquardt(inertial_equations, u(inertial_variables_), 30);
-    VectorX all = u;
-    all(inertial_variables_) = descent.u;
-    descent.u = all;
-    return descent;
+    return solve_for(equations_, inertial_variables_, u, 30);
   }
 
   /// For use if the joint search fails: solves for the other variables at the lengths of the best samples.
@@ -544,11 +525,7 @@ TrialDesign TrialEvaluator::solve_at_geometry(const VectorX& u) const {
     trial.is_balanced = is_success(outcome);
     for (std::size_t k = 0; k < inertial_variables_.size(); ++k) {
       const auto i = inertial_variables_[k];
-      const double half = context_.scaling.half_width()[i];
-      trial.u[i] =
-          half > 0
-              ? std::clamp((outcome.x[static_cast<Eigen::Index>(k)] - context_.scaling.centre()[i]) / half, -1.0, 1.0)
-              : 0;
+      trial.u[i] = context_.scaling.to_unit(i, outcome.x[static_cast<Eigen::Index>(k)]);
     }
     trial.is_feasible = context_.is_admissible(trial.u);
     trial.figure = outcome.objective;

@@ -64,6 +64,12 @@ void evaluate_limits(const DesignProblem& problem, DesignOutcome& outcome) {
   outcome.within_limits = worst <= limit_tolerance;
 }
 
+double max_limit_violation(const DesignOutcome& outcome) {
+  double largest = 0;
+  for (const LimitOutcome& limit : outcome.limits) largest = std::max(largest, limit.violation);
+  return largest;
+}
+
 DesignOutcome solve_with_limits(const DesignProblem& problem,
                                 const std::function<DesignOutcome(const DesignProblem&)>& search) {
   const double start_time = thread_cpu_time();

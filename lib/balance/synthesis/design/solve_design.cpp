@@ -84,13 +84,6 @@ namespace {
 
 using namespace design;
 
-/// The largest violation of a limit; zero or negative: all are satisfied.
-double max_limit_violation(const DesignOutcome& outcome) {
-  double largest = 0;
-  for (const LimitOutcome& limit : outcome.limits) largest = std::max(largest, limit.violation);
-  return largest;
-}
-
 /// Whether one result of the same problem is better than another: balanced first, then within the limits or nearer to
 /// them, then by the objective.
 bool is_better(const DesignOutcome& one, const DesignOutcome& other) {
@@ -248,9 +241,7 @@ class LimitedDesignSolver {
   DesignOutcome describe_only_design(DesignOutcome outcome) const {
     if (outcome.within_limits || outcome.status == DesignStatus::unsolved) return outcome;
     const DesignOutcome first = outcome;
-    outcome.lower_bound = -std::numeric_limits<double>::infinity();
-    for (const LimitOutcome& limit : outcome.limits)
-      outcome.lower_bound = std::max(outcome.lower_bound, limit.violation);
+    outcome.lower_bound = max_limit_violation(outcome);
     outcome.optimality = Optimality::proved_global;
     return make_violating_outcome(std::move(outcome), first);
   }

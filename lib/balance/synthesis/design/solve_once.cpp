@@ -246,16 +246,7 @@ class SingleSolver {
       else
         inner.push_back(static_cast<int>(i));
     if (inner.empty()) return all;
-    NonlinearSystem reduced = equations;
-    reduced.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      VectorX w = all;
-      w(inner) = v;
-      MatrixX slopes;
-      if (!equations.evaluate(w, values, jacobian != nullptr ? &slopes : nullptr)) return false;
-      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, inner);
-      return true;
-    };
-    all(inner) = solve_levenberg_marquardt(reduced, u(inner)).u;
+    all(inner) = solve_levenberg_marquardt(restrict_to_variables(equations, inner, all), u(inner)).u;
     return all;
   }
 

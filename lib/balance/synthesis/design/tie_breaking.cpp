@@ -120,9 +120,7 @@ class TieBreaker {
     if (!variable.discrete_values.empty())
       value = *std::min_element(variable.discrete_values.begin(), variable.discrete_values.end(),
                                 [value](double a, double b) { return std::abs(a - value) < std::abs(b - value); });
-    if (value == variable.start) return context_.scaling.start()[i];
-    const double half = context_.scaling.half_width()[i];
-    return half > 0 ? std::clamp((value - context_.scaling.centre()[i]) / half, -1.0, 1.0) : u_[i];
+    return context_.scaling.to_unit(i, value);
   }
 
   bool is_amount(int i) const { return is_amount_[static_cast<std::size_t>(i)]; }
@@ -358,10 +356,8 @@ class TieBreaker {
                               bool with_limits) const {
     if (numbers.empty()) return from;
     const ConditionResidual conditions(context_, conditions_);
-    VectorX u = from;
     NonlinearSystem equations;
-    equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      u(numbers) = v;
+    equations.evaluate = [&](const VectorX& u, VectorX& values, MatrixX* jacobian) {
       VectorX features;
       MatrixX slopes;
       context_.features.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
@@ -395,24 +391,23 @@ class TieBreaker {
       Eigen::Index count = 0;
       for (const VectorX& block : blocks) count += block.size();
       values.resize(count);
-      MatrixX all(jacobian != nullptr ? count : 0, u.size());
+      if (jacobian != nullptr) jacobian->resize(count, u.size());
       Eigen::Index row = 0;
       for (std::size_t k = 0; k < blocks.size(); row += blocks[k].size(), ++k) {
         values.segment(row, blocks[k].size()) = blocks[k];
-        if (jacobian != nullptr && blocks[k].size() > 0) all.middleRows(row, blocks[k].size()) = by_block[k];
+        if (jacobian != nullptr && blocks[k].size() > 0) jacobian->middleRows(row, blocks[k].size()) = by_block[k];
       }
-      if (jacobian != nullptr) *jacobian = all(Eigen::all, numbers);
       return values.allFinite();
     };
     VectorX values;
-    if (!equations.evaluate(VectorX(from(numbers)), values, nullptr)) return from;
+    if (!equations.evaluate(from, values, nullptr)) return from;
     equations.primary_rows = equations.row_count = static_cast<int>(values.size());
-    u = from;
-    const VectorX solution = solve_levenberg_marquardt(equations, VectorX(from(numbers)),
-                                                       with_limits ? max_limit_restorations : max_tie_restorations)
-                                 .u;
-    u(numbers) = solution;
-    return u;
+    VectorX restored = from;
+    restored(numbers) =
+        solve_levenberg_marquardt(restrict_to_variables(equations, numbers, from), VectorX(from(numbers)),
+                                  with_limits ? max_limit_restorations : max_tie_restorations)
+            .u;
+    return restored;
   }
 
   const SolverContext& context_;

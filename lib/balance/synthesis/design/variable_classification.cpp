@@ -51,11 +51,14 @@ VectorX VariableScaling::to_variables(const VectorX& u) const {
 }
 
 VectorX VariableScaling::to_unit(const VectorX& x) const {
-  VectorX u = VectorX::Zero(x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    if (half_[i] > 0)
-      u[i] = x[i] == start_numbers_[i] ? start_[i] : std::clamp((x[i] - centre_[i]) / half_[i], -1.0, 1.0);
+  VectorX u(x.size());
+  for (int i = 0; i < static_cast<int>(x.size()); ++i) u[i] = to_unit(i, x[i]);
   return u;
+}
+
+double VariableScaling::to_unit(int i, double x) const {
+  if (!(half_[i] > 0)) return 0;
+  return x == start_numbers_[i] ? start_[i] : std::clamp((x - centre_[i]) / half_[i], -1.0, 1.0);
 }
 
 namespace {

@@ -20,6 +20,7 @@ class VariableScaling {
   VectorX to_variables(const VectorX& u) const;
   /// The inverse; numbers whose bounds coincide become 0.
   VectorX to_unit(const VectorX& x) const;
+  double to_unit(int i, double x) const;
   /// Centre and half width of each interval.
   const VectorX& centre() const { return centre_; }
   const VectorX& half_width() const { return half_; }
