@@ -19,6 +19,8 @@ constexpr double search_time_fraction = 0.5;
 constexpr double max_compromise_seconds = 2;
 /// Time that the bound may take after a short search [s].
 constexpr double min_second_seconds = 3;
+/// Time for the masses at lengths that the bound found, even if the others have used up theirs [s].
+constexpr double min_completion_seconds = 1;
 constexpr long max_bounded_boxes = 20'000;
 /// Relative: the bound is not raised any more.
 constexpr double closed_gap = 1e-8;
@@ -89,8 +91,8 @@ class BoundedSearch {
   void raise_bound(double seconds) {
     const double end = elapsed() + seconds;
     bound_.run([&] {
-      is_interrupted_ = is_interrupted_ || (problem_.on_progress &&
-                                            !problem_.on_progress({elapsed(), problem_.search.max_time}));
+      is_interrupted_ =
+          is_interrupted_ || (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
       return is_interrupted_ || elapsed() > end;
     });
   }
@@ -110,17 +112,25 @@ class BoundedSearch {
     DesignOutcome outcome = solve_design(from_best);
     if (known.design.size() > 0) describe_start(outcome);
     if (is_decided) return outcome;
-    if (is_design(outcome) && outcome.status == DesignStatus::balanced)
-      bound_.add_design(outcome.x, outcome.objective);
+    if (is_design(outcome) && outcome.status == DesignStatus::balanced) bound_.add_design(outcome.x, outcome.objective);
     if (!is_interrupted_) raise_bound(std::min(remaining(), std::max(min_second_seconds, elapsed() - before)));
     return outcome;
   }
 
+  /// The best masses at the lengths of x.
   DesignOutcome solve_at_lengths(const VectorX& x) const {
-    SearchBudget budget(std::max(remaining(), 1.0), problem_.on_progress);
+    DesignProblem fixed = problem_;
+    fixed.search.max_time = std::max(remaining(), min_completion_seconds);
+    fixed.is_subproblem = true;
+    set_start(fixed, x);
+    SearchBudget budget(fixed.search.max_time, problem_.on_progress);
     const SolverContext context(problem_, budget);
-    DesignProblem fixed = make_fixed_geometry_problem(context, x, std::max(remaining(), 1.0));
+    for (const int i : geometric_variables(context)) {
+      DesignVariable& length = fixed.variables[static_cast<std::size_t>(i)];
+      length.lower = length.upper = length.start;
+    }
     DesignOutcome outcome = solve_design(fixed);
+    complete_design(problem_, std::max(remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
     return outcome;
   }
@@ -168,8 +178,7 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
   if (!requested) return solve_design(problem);
   BoundedSearch search(*requested, problem);
   DesignOutcome outcome = search.solve();
-  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome))
-    bound = std::move(found);
+  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome)) bound = std::move(found);
   return outcome;
 }
 

@@ -453,25 +453,28 @@ class DesignCompletion {
 
 }  // namespace
 
-DesignOutcome solve_design(const DesignProblem& problem) {
-  problem.search.validate();
-  if (problem.goals.empty() && !problem.objective && problem.limits.empty())
-    throw std::invalid_argument("a design needs a goal, something to minimize or limits");
-  const double start_time = thread_cpu_time();
-  DesignOutcome outcome = is_discrete(problem) ? solve_discrete(problem) : solve_continuous(problem);
+void complete_design(const DesignProblem& problem, double seconds, DesignOutcome& outcome) {
   if (problem.is_subproblem || outcome.x.size() == 0 || outcome.status == DesignStatus::unsolved ||
       outcome.status == DesignStatus::no_feasible_start)
-    return outcome;
-  const double seconds = problem.search.max_time - (thread_cpu_time() - start_time);
+    return;
   if (!is_discrete(problem)) {
     DesignCompletion(problem, seconds).complete(outcome);
-    return outcome;
+    return;
   }
   // sizes and choices stay as they were decided
   const BranchingRule branching(problem, 0);
   DesignCompletion(restrict_to_node(problem, branching.node_of(outcome.x), problem.search.max_time), seconds)
       .complete(outcome);
   if (outcome.selection) outcome.selection->kept = branching.kept_elements(outcome.x);
+}
+
+DesignOutcome solve_design(const DesignProblem& problem) {
+  problem.search.validate();
+  if (problem.goals.empty() && !problem.objective && problem.limits.empty())
+    throw std::invalid_argument("a design needs a goal, something to minimize or limits");
+  const double start_time = thread_cpu_time();
+  DesignOutcome outcome = is_discrete(problem) ? solve_discrete(problem) : solve_continuous(problem);
+  complete_design(problem, problem.search.max_time - (thread_cpu_time() - start_time), outcome);
   return outcome;
 }
 

@@ -136,6 +136,11 @@ inline constexpr double limit_tolerance = 1e-9;
 /// of range, or if there is neither a goal nor an objective nor a limit
 DesignOutcome solve_design(const DesignProblem& problem);
 
+/// Does for a subproblem's design what solve_design() does last: chooses among equal designs, finds what may still
+/// change, and at what lengths it ends.
+/// @param seconds left for the search
+void complete_design(const DesignProblem& problem, double seconds, DesignOutcome& outcome);
+
 /// Springs of zero free length whose end points are free numbers. If their products are parameters
 /// (problem.options.loose_springs), the conditions do not depend on the free numbers. solve_design() adds them
 /// automatically. Objectives of parameters use the parameters as listed with problem.options, so call this function
