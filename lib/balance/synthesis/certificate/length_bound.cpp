@@ -4,7 +4,6 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
-#include "balance/synthesis/certificate/length_geometry.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 
 #include <algorithm>
@@ -293,14 +292,13 @@ class LengthBoundSearch::Tree {
           if (moved[length] == lengths[length] || !meets_conditions(moved, geometry)) continue;
           ++evaluations;
           const double other = point_value(node, moved);
-          if (!(other < value * (1 - improvement_tolerance))) continue;
+          if (!(other < value * (1 - improvement_tolerance)) || !try_design(node, moved)) continue;
           lengths = std::move(moved);
-          value = other;
+          value = result_.best;
           has_improved = true;
         }
       if (!has_improved) step /= 2;
     }
-    try_design(node, lengths);
   }
 
   static bool meets_conditions(const VectorX& lengths, const LengthGeometry& geometry) {

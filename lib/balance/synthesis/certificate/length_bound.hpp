@@ -7,6 +7,7 @@
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/certificate/box_program.hpp"
+#include "balance/synthesis/certificate/length_geometry.hpp"
 
 #include <functional>
 #include <limits>
@@ -56,7 +57,7 @@ struct LengthBound {
   double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
-  std::vector<std::string> geometries;                    ///< to which the bound applies: "general lengths", …
+  std::vector<std::string> geometries;                    ///< to which the bound applies
   std::vector<std::string> uncovered;                     ///< geometries within the bounds to which it does not apply
   long nodes = 0;                                         ///< boxes bounded
   std::vector<LengthBoundProgress> progress;              ///< where bound or best design changed, and at the end

@@ -6,6 +6,8 @@
 
 namespace balance::certificate {
 
+inline constexpr const char* general_lengths_name = "general lengths";
+
 struct LengthGeometry {
   std::string name;
   LengthSubstitution substitution;  ///< lengths that follow from the others

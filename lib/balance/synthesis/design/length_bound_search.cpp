@@ -4,6 +4,8 @@
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,26 +23,35 @@ constexpr double max_compromise_seconds = 2;
 constexpr double min_second_seconds = 3;
 /// Time for the masses at lengths that the bound found, even if the others have used up theirs [s].
 constexpr double min_completion_seconds = 1;
+/// Part of the time for designs in other assembly modes, and its limit [s].
+constexpr double other_mode_fraction = 0.1, max_other_mode_seconds = 2;
+/// Relative: by how much a design in another assembly mode must be lighter to be told of.
+constexpr double min_mode_gain = 1e-4;
 constexpr long max_bounded_boxes = 20'000;
-/// Relative: the bound is not raised any more.
-constexpr double closed_gap = 1e-8;
+/// Relative: the bound is not raised any more, and a design that is as near to it is the answer.
+constexpr double closed_gap = 1e-8, reached_gap = 1e-7;
 /// Relative: a design that is lighter than the bound by more is of a geometry that it does not cover.
 constexpr double refutation_tolerance = 1e-6;
 
-/// The spec's request with what the options replace; none if lengths cannot be bounded with them.
-std::optional<DesignSpace> requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
-  const bool has_sizes = std::any_of(space.start.free_numbers.begin(), space.start.free_numbers.end(),
-                                     [](const FreeNumber& number) { return !number.discrete_values.empty(); });
-  if (options.is_modular || !options.excluded.empty() || has_sizes) return std::nullopt;
+/// The spec's request with what the options replace.
+DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignSpace requested = space;
   if (!options.goals.empty()) requested.start.design.goals = options.goals;
   if (!options.minimize.empty()) {
     requested.start.design.minimize = options.minimize;
     requested.start.design.front = {};
   }
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
-  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   return requested;
+}
+
+/// Why lengths are not bounded, whatever the linkage; empty: they may be.
+std::string find_obstacle(const DesignSpace& space, const DesignStudyOptions& options) {
+  const auto& numbers = space.start.free_numbers;
+  if (options.is_modular) return "the conditions are those of the modular strategy";
+  if (!options.excluded.empty()) return "parts of the mechanism are left out";
+  if (std::any_of(numbers.begin(), numbers.end(), [](const FreeNumber& n) { return !n.discrete_values.empty(); }))
+    return "free numbers have sizes";
+  return "";
 }
 
 /// The bound and the search in turns, within the time of the design.
@@ -54,9 +65,9 @@ class BoundedSearch {
 
   DesignOutcome solve() {
     raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
-    if (const LengthBound first = bound_.result(); has_closed_gap(first)) {
+    if (const LengthBound first = bound_.result(); is_reached(first)) {
       DesignOutcome outcome = solve_at_lengths(first.design);
-      if (is_design(outcome) && outcome.objective <= first.best * (1 + closed_gap)) return outcome;
+      if (is_design(outcome) && outcome.objective <= first.best * (1 + reached_gap)) return outcome;
     }
     DesignOutcome outcome = search();
     const LengthBound last = bound_.result();
@@ -81,8 +92,8 @@ class BoundedSearch {
     return options;
   }
 
-  static bool has_closed_gap(const LengthBound& bound) {
-    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= closed_gap;
+  static bool is_reached(const LengthBound& bound) {
+    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= reached_gap;
   }
 
   double elapsed() const { return thread_cpu_time() - start_time_; }
@@ -170,15 +181,54 @@ bool apply_bound(const LengthBound& bound, DesignOutcome& outcome) {
   return true;
 }
 
+/// Tells of a lighter design in another assembly mode, which the bound covers but the design is not allowed to take.
+std::string other_mode_note(DesignSpace space, const DesignProblem& problem, const DesignOutcome& outcome) {
+  space.assembly_mode = nullptr;
+  const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
+  LengthBoundOptions options;
+  options.gap_tolerance = min_mode_gain;
+  LengthBoundSearch search(space, *judge, options);
+  const double end =
+      thread_cpu_time() + std::min(max_other_mode_seconds, other_mode_fraction * problem.search.max_time);
+  search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
+  const LengthBound found = search.result();
+  if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
+  SearchBudget budget(1, {});
+  const SolverContext context(problem, budget);
+  std::string lengths;
+  for (const int i : geometric_variables(context))
+    lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
+                           problem.variables[static_cast<std::size_t>(i)].name, found.design[i]);
+  return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
+                     found.best, lengths);
+}
+
 }  // namespace
 
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
-  const std::optional<DesignSpace> requested = requested_space(space, options);
-  if (!requested) return solve_design(problem);
-  BoundedSearch search(*requested, problem);
-  DesignOutcome outcome = search.solve();
-  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome)) bound = std::move(found);
+  const DesignSpace requested = requested_space(space, options);
+  LengthBound found;
+  found.reason = find_obstacle(space, options);
+  DesignOutcome outcome;
+  if (found.reason.empty()) {
+    const certificate::LinkageReading reading = certificate::read_linkage(requested);
+    found.reason = reading.reason;
+    if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) found.reason = "no length is free";
+  }
+  if (found.reason.empty()) {
+    BoundedSearch search(requested, problem);
+    outcome = search.solve();
+    found = search.bound();
+    if (requested.assembly_mode && is_design(outcome) && outcome.gap() > min_mode_gain * outcome.objective)
+      if (std::string note = other_mode_note(requested, problem, outcome); !note.empty())
+        outcome.notes.push_back(std::move(note));
+    if (found.reason.empty() && !apply_bound(found, outcome))
+      found.reason = "a design was found that is lighter than its bound";
+  } else {
+    outcome = solve_design(problem);
+  }
+  if (found.reason.empty() || outcome.method == DesignMethod::geometric) bound = std::move(found);
   return outcome;
 }
 
