@@ -24,7 +24,7 @@ constexpr double min_second_seconds = 3;
 /// Time for the masses at lengths that the bound found, even if the others have used up theirs [s].
 constexpr double min_completion_seconds = 1;
 /// Part of the time for designs in other assembly modes, and its limit [s].
-constexpr double other_mode_fraction = 0.1, max_other_mode_seconds = 2;
+constexpr double other_mode_fraction = 0.2, max_other_mode_seconds = 4;
 /// Relative: by how much a design in another assembly mode must be lighter to be told of.
 constexpr double min_mode_gain = 1e-4;
 constexpr long max_bounded_boxes = 20'000;
@@ -54,11 +54,16 @@ std::string find_obstacle(const DesignSpace& space, const DesignStudyOptions& op
   return "";
 }
 
+double other_mode_seconds(const DesignProblem& problem) {
+  return std::min(max_other_mode_seconds, other_mode_fraction * problem.search.max_time);
+}
+
 /// The bound and the search in turns, within the time of the design.
 class BoundedSearch {
  public:
   BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
       : problem_(problem),
+        max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
         judge_(make_length_design_judge(space)),
         bound_(space, *judge_, bound_options(space)),
         start_time_(thread_cpu_time()) {}
@@ -97,7 +102,7 @@ class BoundedSearch {
   }
 
   double elapsed() const { return thread_cpu_time() - start_time_; }
-  double remaining() const { return std::max(0.0, problem_.search.max_time - elapsed()); }
+  double remaining() const { return std::max(0.0, max_time_ - elapsed()); }
 
   void raise_bound(double seconds) {
     const double end = elapsed() + seconds;
@@ -158,6 +163,7 @@ class BoundedSearch {
   }
 
   const DesignProblem& problem_;
+  double max_time_;
   std::unique_ptr<LengthDesignJudge> judge_;
   LengthBoundSearch bound_;
   double start_time_;
@@ -188,8 +194,7 @@ std::string other_mode_note(DesignSpace space, const DesignProblem& problem, con
   LengthBoundOptions options;
   options.gap_tolerance = min_mode_gain;
   LengthBoundSearch search(space, *judge, options);
-  const double end =
-      thread_cpu_time() + std::min(max_other_mode_seconds, other_mode_fraction * problem.search.max_time);
+  const double end = thread_cpu_time() + other_mode_seconds(problem);
   search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
   const LengthBound found = search.result();
   if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
