@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::design {
 
@@ -148,6 +149,9 @@ class BoundedSearch {
     DesignOutcome outcome = solve_design(fixed);
     complete_design(problem_, std::max(remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
+    // what is proved at these lengths says nothing about others
+    outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
+    if (outcome.optimality == Optimality::proved_global) outcome.optimality = Optimality::local_optimum;
     return outcome;
   }
 
@@ -193,6 +197,7 @@ std::string other_mode_note(DesignSpace space, const DesignProblem& problem, con
   const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
   LengthBoundOptions options;
   options.gap_tolerance = min_mode_gain;
+  options.required_trajectories = list_followed_trajectories(space);
   LengthBoundSearch search(space, *judge, options);
   const double end = thread_cpu_time() + other_mode_seconds(problem);
   search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
