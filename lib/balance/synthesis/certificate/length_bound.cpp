@@ -553,13 +553,13 @@ class LengthBoundSearch::Trees {
 
   void run(const std::function<bool()>& interrupted) {
     if (!problem_.reason.empty()) return;
-    while (Tree* tree = choose_tree()) {
+    while (const std::optional<std::size_t> count = choose_count()) {
+      make_trees(static_cast<int>(*count));
       long boxes = 0;
       bool is_interrupted = false;
-      const bool is_alone = !is_count_free_;
-      tree->run([&] {
+      trees_[*count]->run([&] {
         is_interrupted = interrupted && interrupted();
-        return is_interrupted || (!is_alone && ++boxes > count_boxes);
+        return is_interrupted || (is_count_free_ && ++boxes > count_boxes);
       });
       if (is_interrupted) return;
       find_possible_counts();
@@ -573,7 +573,7 @@ class LengthBoundSearch::Trees {
     trees_[static_cast<std::size_t>(count)]->add_design(x, mass);
   }
 
-  bool is_finished() { return !problem_.reason.empty() || choose_tree() == nullptr; }
+  bool is_finished() const { return !problem_.reason.empty() || !choose_count(); }
 
   LengthBound result() const {
     LengthBound result;
@@ -609,23 +609,23 @@ class LengthBoundSearch::Trees {
     return first_possible_;
   }
 
-  /// The tree to go on with: small numbers have a lead, and none beyond the first with a design matters.
-  Tree* choose_tree() {
+  /// The number to go on with: small ones have a lead, and none beyond the first with a design matters.
+  std::optional<std::size_t> choose_count() const {
     std::optional<std::size_t> chosen;
     long least = 0;
-    const std::size_t last = trees_[shown_count()]->has_design() ? shown_count() : static_cast<std::size_t>(max_count_);
+    const std::size_t shown = shown_count();
+    const std::size_t last = trees_[shown]->has_design() ? shown : static_cast<std::size_t>(max_count_);
     for (std::size_t count = first_possible_; count <= last; ++count) {
       const bool is_new = count >= trees_.size();
       if (!is_new && trees_[count]->is_finished()) continue;
       const long effort = (is_new ? 0 : trees_[count]->nodes()) + count_lead * static_cast<long>(count);
-      if (chosen && effort >= least) continue;
-      chosen = count;
-      least = effort;
+      if (!chosen || effort < least) {
+        chosen = count;
+        least = effort;
+      }
       if (is_new) break;
     }
-    if (!chosen) return nullptr;
-    make_trees(static_cast<int>(*chosen));
-    return trees_[*chosen].get();
+    return chosen;
   }
 
   /// Kept elements of the choices that ask for as few as possible.

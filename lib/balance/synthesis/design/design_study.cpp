@@ -270,6 +270,9 @@ std::string length_bound_note(const LengthBound& bound) {
                          ? fmt::format("proved impossible for {}", join(bound.geometries))
                          : fmt::format("no lengths within the bounds need less than {:.6g} kg, proved for {}",
                                        bound.lower_bound, join(bound.geometries));
+  if (bound.count >= 0 && !bound.is_impossible())
+    text = fmt::format("with at most {} of the elements that may be left out, {}{}", bound.count, text,
+                       bound.is_count_proved && bound.count > 0 ? ", as is that fewer do not suffice" : "");
   if (!bound.uncovered.empty()) text += "; not covered: " + join(bound.uncovered);
   return text;
 }
