@@ -4,7 +4,6 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
-#include "balance/synthesis/certificate/length_geometry.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 
 #include <algorithm>
@@ -351,6 +350,7 @@ class Tree {
     if (searches_ >= max_compass_searches || best_lengths_.size() == 0) return;
     ++searches_;
     const LengthGeometry& geometry = geometry_of(node);
+    const Node root = root_of(node);
     VectorX lengths = best_lengths_;
     double value = result_.best;
     int evaluations = 0;
@@ -364,15 +364,14 @@ class Tree {
                                      geometry.box.lower[length], geometry.box.upper[length]);
           if (moved[length] == lengths[length] || !meets_conditions(moved, geometry)) continue;
           ++evaluations;
-          const double other = find_masses(root_of(node), moved, value).value;
-          if (!(other < value * (1 - improvement_tolerance))) continue;
+          const double other = find_masses(root, moved, value).value;
+          if (!(other < value * (1 - improvement_tolerance)) || !try_design(root, moved)) continue;
           lengths = std::move(moved);
-          value = other;
+          value = result_.best;
           has_improved = true;
         }
       if (!has_improved) step /= 2;
     }
-    try_design(root_of(node), lengths);
   }
 
   /// Without the node's decisions, for designs that are not in it.

@@ -63,7 +63,7 @@ struct LengthBound {
   /// that fewer do not suffice; −1: not asked for.
   int count = -1;
   bool is_count_proved = false;
-  std::vector<std::string> geometries;        ///< to which the bound applies: "general lengths", …
+  std::vector<std::string> geometries;        ///< to which the bound applies
   std::vector<std::string> uncovered;         ///< geometries within the bounds to which it does not apply
   long nodes = 0;                             ///< boxes bounded
   std::vector<LengthBoundProgress> progress;  ///< where bound or best design changed, and at the end

@@ -27,7 +27,7 @@ class GeometryLister {
     if (result_.reason = reading.reason; !reading.linkage) return std::move(result_);
     SpecialGeometries special = find_special_geometries(*reading.linkage, box);
     result_.uncovered = std::move(special.uncovered);
-    result_.reason = add("general lengths", {}, std::move(*reading.linkage), nullptr, box);
+    result_.reason = add(general_lengths_name, {}, std::move(*reading.linkage), nullptr, box);
     if (!result_.reason.empty()) return std::move(result_);
     for (const SpecialGeometry& geometry : special.geometries) {
       LinkageReading own = read_linkage(space_, geometry.substitution);

@@ -9,6 +9,7 @@ namespace balance::certificate {
 
 /// Relative: sums of mass limits are exceeded by more only if nothing balances.
 inline constexpr double mass_sum_tolerance = 1e-12;
+inline constexpr const char* general_lengths_name = "general lengths";
 
 struct LengthGeometry {
   std::string name;

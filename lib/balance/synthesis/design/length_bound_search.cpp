@@ -26,24 +26,36 @@ constexpr double min_second_seconds = 3;
 constexpr double min_completion_seconds = 1;
 /// Time to find how many elements are needed, where the requested number is too small [s].
 constexpr double max_count_seconds = 1;
+/// Part of the time for designs in other assembly modes, and its limit [s].
+constexpr double other_mode_fraction = 0.2, max_other_mode_seconds = 4;
+/// Relative: by how much a design in another assembly mode must be lighter to be told of.
+constexpr double min_mode_gain = 1e-4;
 constexpr long max_bounded_boxes = 20'000;
-/// Relative: the bound is not raised any more.
-constexpr double closed_gap = 1e-8;
+/// Relative: the bound is not raised any more, and a design that is as near to it is the answer.
+constexpr double closed_gap = 1e-8, reached_gap = 1e-7;
 /// Relative: a design that is lighter than the bound by more is of a geometry that it does not cover.
 constexpr double refutation_tolerance = 1e-6;
 
-/// The spec's request with what the options replace; none if lengths cannot be bounded with them.
-std::optional<DesignSpace> requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
-  if (options.is_modular || !options.excluded.empty()) return std::nullopt;
+/// The spec's request with what the options replace.
+DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignSpace requested = space;
   if (!options.goals.empty()) requested.start.design.goals = options.goals;
   if (!options.minimize.empty()) {
     requested.start.design.minimize = options.minimize;
     requested.start.design.front = {};
   }
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
-  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   return requested;
+}
+
+/// Why lengths are not bounded, whatever the linkage; empty: they may be.
+std::string find_obstacle(const DesignStudyOptions& options) {
+  if (options.is_modular) return "the conditions are those of the modular strategy";
+  if (!options.excluded.empty()) return "parts of the mechanism are left out";
+  return "";
+}
+
+double other_mode_seconds(const DesignProblem& problem) {
+  return std::min(max_other_mode_seconds, other_mode_fraction * problem.search.max_time);
 }
 
 std::vector<certificate::ElementChoice> list_choices(const DesignProblem& problem) {
@@ -75,13 +87,14 @@ class BoundedSearch {
   BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
       : space_(space),
         problem_(problem),
+        max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
         judge_(make_length_design_judge(space)),
         bound_(space, *judge_, bound_options()),
         start_time_(thread_cpu_time()) {}
 
   DesignOutcome solve() {
     raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
-    if (const LengthBound first = bound_.result(); has_closed_gap(first)) {
+    if (const LengthBound first = bound_.result(); is_reached(first)) {
       DesignOutcome outcome = solve_at_lengths(first.design);
       if (reaches(outcome, first)) return outcome;
     }
@@ -121,8 +134,8 @@ class BoundedSearch {
     return options;
   }
 
-  static bool has_closed_gap(const LengthBound& bound) {
-    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= closed_gap &&
+  static bool is_reached(const LengthBound& bound) {
+    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= reached_gap &&
            (bound.count < 0 || bound.is_count_proved);
   }
 
@@ -130,7 +143,7 @@ class BoundedSearch {
   bool reaches(const DesignOutcome& outcome, const LengthBound& bound) const {
     if (!is_design(outcome)) return false;
     const int count = bound.count < 0 ? bound.count : count_least_elements(problem_, outcome.x);
-    return count < bound.count || (count == bound.count && outcome.objective <= bound.best * (1 + closed_gap));
+    return count < bound.count || (count == bound.count && outcome.objective <= bound.best * (1 + reached_gap));
   }
 
   /// Both are designs: fewer elements come first.
@@ -140,7 +153,7 @@ class BoundedSearch {
   }
 
   double elapsed() const { return thread_cpu_time() - start_time_; }
-  double remaining() const { return std::max(0.0, problem_.search.max_time - elapsed()); }
+  double remaining() const { return std::max(0.0, max_time_ - elapsed()); }
 
   void raise_bound(double seconds) {
     const double end = elapsed() + seconds;
@@ -209,6 +222,7 @@ class BoundedSearch {
 
   const DesignSpace& space_;
   const DesignProblem& problem_;
+  double max_time_;
   std::unique_ptr<LengthDesignJudge> judge_;
   LengthBoundSearch bound_;
   double start_time_;
@@ -272,19 +286,57 @@ bool apply_bound(const DesignProblem& problem, const LengthBound& bound, const s
   return true;
 }
 
+/// Tells of a lighter design in another assembly mode, which the bound covers but the design is not allowed to take.
+std::string other_mode_note(DesignSpace space, const DesignProblem& problem, const DesignOutcome& outcome) {
+  space.assembly_mode = nullptr;
+  const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
+  LengthBoundOptions options;
+  options.gap_tolerance = min_mode_gain;
+  options.choices = list_choices(problem);
+  LengthBoundSearch search(space, *judge, options);
+  const double end = thread_cpu_time() + other_mode_seconds(problem);
+  search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
+  const LengthBound found = search.result();
+  if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
+  if (found.count >= 0 && found.count != count_least_elements(problem, outcome.x)) return "";
+  SearchBudget budget(1, {});
+  const SolverContext context(problem, budget);
+  std::string lengths;
+  for (const int i : geometric_variables(context))
+    lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
+                           problem.variables[static_cast<std::size_t>(i)].name, found.design[i]);
+  return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
+                     found.best, lengths);
+}
+
 }  // namespace
 
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
-  const std::optional<DesignSpace> requested = requested_space(space, options);
-  if (!requested) return solve_design(problem);
-  BoundedSearch search(*requested, problem);
-  DesignOutcome outcome = search.solve();
-  LengthBound found = search.bound();
-  if (!found.reason.empty()) return outcome;
-  std::optional<LengthBound> required;
-  if (found.is_impossible()) required = search.find_required_count();
-  if (apply_bound(problem, found, required, outcome)) bound = std::move(found);
+  const DesignSpace requested = requested_space(space, options);
+  LengthBound found;
+  found.reason = find_obstacle(options);
+  DesignOutcome outcome;
+  if (found.reason.empty()) {
+    const certificate::LinkageReading reading = certificate::read_linkage(requested);
+    found.reason = reading.reason;
+    if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) found.reason = "no length is free";
+  }
+  if (found.reason.empty()) {
+    BoundedSearch search(requested, problem);
+    outcome = search.solve();
+    found = search.bound();
+    std::optional<LengthBound> required;
+    if (found.is_impossible()) required = search.find_required_count();
+    if (found.reason.empty() && !apply_bound(problem, found, required, outcome))
+      found.reason = "a design was found that is lighter than its bound";
+    if (requested.assembly_mode && is_design(outcome) && outcome.gap() > min_mode_gain * outcome.objective)
+      if (std::string note = other_mode_note(requested, problem, outcome); !note.empty())
+        outcome.notes.push_back(std::move(note));
+  } else {
+    outcome = solve_design(problem);
+  }
+  if (found.reason.empty() || outcome.method == DesignMethod::geometric) bound = std::move(found);
   return outcome;
 }
 
