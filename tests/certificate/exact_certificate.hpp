@@ -1,11 +1,14 @@
 #pragma once
 // Certificates checked in rational arithmetic: nothing of the library but the polynomials and the multipliers.
 
-#include "balance/synthesis/certificate/length_bound.hpp"
-#include "balance/synthesis/certificate/length_geometry.hpp"
+#include "balance/synthesis/certificate/length_proof.hpp"
 
 #include <string>
 
-/// Why a certificate does not prove its bound for the geometry's linkage; empty if it does.
-std::string find_flaw(const balance::LengthCertificate& certificate,
+/// Why multipliers do not prove a bound on a box for the geometry's linkage; empty if they do.
+std::string find_flaw(const balance::certificate::LengthBox& box, double bound,
+                      const balance::certificate::BoxCertificate& multipliers,
                       const balance::certificate::LengthGeometry& geometry);
+
+/// Why the steps do not prove a bound for all lengths of their geometry; empty if they do.
+std::string find_flaw(const balance::certificate::GeometryProof& proof, double bound);

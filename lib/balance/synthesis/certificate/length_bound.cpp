@@ -94,7 +94,7 @@ struct Node {
   double bound = 0;
   MatrixX conflict;
   std::vector<bool> upper_limits;
-  LengthCertificate proof;  ///< of the bound: its own, or that of a box that contains it
+  int part = -1;  ///< in the proof; −1: none yet, or no proof is kept
 };
 
 struct HasHigherBound {
@@ -115,6 +115,7 @@ class LengthBoundSearch::Tree {
       root.bound = geometries_[g].min_value;
       root.upper_limits.assign(geometries_[g].linkage.counterweights.size(), false);
       bound(root);
+      root_parts_.push_back(root.part);
     }
     note_progress();
   }
@@ -125,7 +126,7 @@ class LengthBoundSearch::Tree {
       open_.pop();
       try_designs(node);
       if (node.bound >= result_.best)
-        close(node);
+        close(node.bound);
       else
         divide(std::move(node));
       note_progress();
@@ -145,8 +146,9 @@ class LengthBoundSearch::Tree {
     LengthBound result = result_;
     result.lower_bound = std::min(lower_bound(), result.best);
     result.progress.push_back({elapsed(), result.lower_bound, result.best});
-    if (options_.keeps_certificates)
-      for (auto open = open_; !open.empty(); open.pop()) result.certificates.push_back(open.top().proof);
+    if (options_.keeps_proof)
+      for (std::size_t g = 0; g < geometries_.size(); ++g)
+        result.proof.push_back(recorder_.list_steps(root_parts_[g], geometries_[g], result.lower_bound));
     return result;
   }
 
@@ -198,7 +200,7 @@ class LengthBoundSearch::Tree {
     const LengthGeometry& geometry = geometry_of(node);
     const BoxProgram& program = programs_of(node).conditional;
     ++result_.nodes;
-    if (!contract(geometry.conditions, node.box)) return;  // it contains no lengths of the geometry
+    if (!contract_box(node)) return;  // it contains no lengths of the geometry
     BoxBound best = program.bound(node.box, {}, node.upper_limits);
     if (best.bound < result_.best && best.bound <= geometry.max_value && best.conflict.size() > 0) {
       const std::vector<int> affine = choose_affine_lengths(node, best, program);
@@ -210,15 +212,24 @@ class LengthBoundSearch::Tree {
     if (best.conflict.size() == 0) best.conflict = MatrixX::Zero(geometry.linkage.variables, 2);
     if (best.bound > node.bound) {
       node.bound = best.bound;
-      node.proof = {node.geometry, node.box, best.bound, std::move(best.certificate)};
+      if (options_.keeps_proof) recorder_.prove(node.part, best.bound, best.certificate);
     }
     node.conflict = std::move(best.conflict);
     if (node.bound > geometry.max_value)
-      close(node, infinity);
+      close(infinity);
     else if (node.bound >= result_.best)
-      close(node);
+      close(node.bound);
     else
       open_.push(node);
+  }
+
+  bool contract_box(Node& node) {
+    if (!options_.keeps_proof) return contract(geometry_of(node).conditions, node.box);
+    const LengthBox whole = node.box;
+    std::vector<BoxCut> cuts;
+    const bool is_left = contract(geometry_of(node).conditions, node.box, &cuts);
+    node.part = recorder_.add(node.part, whole, std::move(cuts));
+    return is_left;
   }
 
   /// Those in conflict, and those of conditions that take part.
@@ -240,15 +251,7 @@ class LengthBoundSearch::Tree {
     return result;
   }
 
-  void close(const Node& node) { close(node, node.bound); }
-  void close(const Node& node, double value) {
-    closed_bound_ = std::min(closed_bound_, value);
-    keep_certificate(node);
-  }
-
-  void keep_certificate(const Node& node) {
-    if (options_.keeps_certificates) result_.certificates.push_back(node.proof);
-  }
+  void close(double bound) { closed_bound_ = std::min(closed_bound_, bound); }
 
   /// The corner that the active inequalities ask for, and the middle.
   void try_designs(const Node& node) {
@@ -422,7 +425,7 @@ class LengthBoundSearch::Tree {
     const bool has_conflict = conflict > 1e-2 * conflict_tolerance * std::max(1.0, std::abs(node.bound));
     const int length = has_conflict ? branching_length : widest;
     if (length < 0) {
-      close(node);
+      close(node.bound);
       return;
     }
     const double middle = (node.box.lower[length] + node.box.upper[length]) / 2;
@@ -443,6 +446,8 @@ class LengthBoundSearch::Tree {
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
   VectorX best_lengths_;            ///< of the best design, in its geometry
   int searches_ = 0;
+  ProofRecorder recorder_;
+  std::vector<int> root_parts_;  ///< per geometry
   LengthBound result_;  ///< without its bound
 };
 

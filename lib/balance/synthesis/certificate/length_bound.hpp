@@ -6,7 +6,7 @@
 /// problems close at the root.
 
 #include "balance/motion/study/design_space.hpp"
-#include "balance/synthesis/certificate/box_program.hpp"
+#include "balance/synthesis/certificate/length_proof.hpp"
 
 #include <functional>
 #include <limits>
@@ -33,7 +33,7 @@ struct LengthBoundOptions {
   double gap_tolerance = 1e-9;  ///< relative; the search ends below it
   /// Indices of trajectories that every design must follow; lengths with which they cannot be assembled do not count.
   std::vector<int> required_trajectories = {};
-  bool keeps_certificates = false;
+  bool keeps_proof = false;
 };
 
 /// What was known after a time.
@@ -41,14 +41,6 @@ struct LengthBoundProgress {
   double seconds = 0;      ///< of this search [s], CPU time
   double lower_bound = 0;  ///< [kg]
   double best = 0;         ///< [kg]; infinite: no design yet
-};
-
-/// The proof for one box of lengths.
-struct LengthCertificate {
-  int geometry = 0;  ///< into LengthBound::geometries
-  certificate::LengthBox box;
-  double bound = 0;  ///< no design with these lengths is lighter [kg]
-  certificate::BoxCertificate multipliers;
 };
 
 struct LengthBound {
@@ -60,8 +52,7 @@ struct LengthBound {
   std::vector<std::string> uncovered;                     ///< geometries within the bounds to which it does not apply
   long nodes = 0;                                         ///< boxes bounded
   std::vector<LengthBoundProgress> progress;              ///< where bound or best design changed, and at the end
-  std::vector<LengthCertificate>
-      certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
+  std::vector<certificate::GeometryProof> proof;          ///< of the bound, per geometry, if asked for
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.

@@ -27,29 +27,37 @@ constexpr double closed_gap = 1e-8;
 /// Relative: a design that is lighter than the bound by more is of a geometry that it does not cover.
 constexpr double refutation_tolerance = 1e-6;
 
-/// The spec's request with what the options replace; none if lengths cannot be bounded with them.
-std::optional<DesignSpace> requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
-  const bool has_sizes = std::any_of(space.start.free_numbers.begin(), space.start.free_numbers.end(),
-                                     [](const FreeNumber& number) { return !number.discrete_values.empty(); });
-  if (options.is_modular || !options.excluded.empty() || has_sizes) return std::nullopt;
+/// The spec's request with what the options replace.
+DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignSpace requested = space;
   if (!options.goals.empty()) requested.start.design.goals = options.goals;
   if (!options.minimize.empty()) {
     requested.start.design.minimize = options.minimize;
     requested.start.design.front = {};
   }
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
-  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   return requested;
+}
+
+/// Why lengths are not bounded; empty: they may be.
+/// @param requested with what the options replace
+std::string find_obstacle(const DesignSpace& requested, const DesignStudyOptions& options) {
+  const auto& numbers = requested.start.free_numbers;
+  if (options.is_modular) return "the conditions are those of the modular strategy";
+  if (!options.excluded.empty()) return "parts of the mechanism are left out";
+  if (std::any_of(numbers.begin(), numbers.end(), [](const FreeNumber& n) { return !n.discrete_values.empty(); }))
+    return "free numbers have sizes";
+  const certificate::LinkageReading reading = certificate::read_linkage(requested);
+  if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return "no length is free";
+  return reading.reason;
 }
 
 /// The bound and the search in turns, within the time of the design.
 class BoundedSearch {
  public:
-  BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
+  BoundedSearch(const DesignSpace& space, const DesignProblem& problem, bool keeps_proof)
       : problem_(problem),
         judge_(make_length_design_judge(space)),
-        bound_(space, *judge_, bound_options(space)),
+        bound_(space, *judge_, bound_options(space, keeps_proof)),
         start_time_(thread_cpu_time()) {}
 
   DesignOutcome solve() {
@@ -73,11 +81,12 @@ class BoundedSearch {
   LengthBound bound() const { return bound_.result(); }
 
  private:
-  static LengthBoundOptions bound_options(const DesignSpace& space) {
+  static LengthBoundOptions bound_options(const DesignSpace& space, bool keeps_proof) {
     LengthBoundOptions options;
     options.max_nodes = max_bounded_boxes;
     options.gap_tolerance = closed_gap;
     options.required_trajectories = list_followed_trajectories(space);
+    options.keeps_proof = keeps_proof;
     return options;
   }
 
@@ -174,12 +183,33 @@ bool apply_bound(const LengthBound& bound, DesignOutcome& outcome) {
 
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
-  const std::optional<DesignSpace> requested = requested_space(space, options);
-  if (!requested) return solve_design(problem);
-  BoundedSearch search(*requested, problem);
-  DesignOutcome outcome = search.solve();
-  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome)) bound = std::move(found);
+  const DesignSpace requested = requested_space(space, options);
+  LengthBound found;
+  found.reason = find_obstacle(requested, options);
+  DesignOutcome outcome;
+  if (found.reason.empty()) {
+    BoundedSearch search(requested, problem, options.keeps_proof);
+    outcome = search.solve();
+    found = search.bound();
+    if (found.reason.empty() && !apply_bound(found, outcome))
+      found.reason = "a design was found that is lighter than its bound";
+  } else {
+    outcome = solve_design(problem);
+  }
+  if (found.reason.empty() || outcome.method == DesignMethod::geometric) bound = std::move(found);
   return outcome;
 }
 
 }  // namespace balance::design
+
+namespace balance {
+
+std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options) {
+  if (space.start.design.cases.size() > 0) return "there are load cases";
+  const DesignSpace requested = design::requested_space(space, options);
+  std::string obstacle = design::find_obstacle(requested, options);
+  if (!obstacle.empty()) return obstacle;
+  return certificate::list_length_geometries(requested, list_followed_trajectories(requested)).reason;
+}
+
+}  // namespace balance
