@@ -51,6 +51,12 @@ auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOp
 
 namespace {
 
+/// @throws UsageError if a certificate is asked for and there is an obstacle
+void check_certificate(const DesignCommandOptions& options, const std::string& obstacle) {
+  if (!options.certificate.empty() && !obstacle.empty())
+    throw UsageError("--certificate: no certificate because " + obstacle);
+}
+
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
                                      const std::string& balanced, const DesignReportData& view) {
   WriteOptions write;
@@ -67,19 +73,12 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   };
   if (!options.output.empty()) write_text(options.output, balanced);
   if (!options.certificate.empty())
-    write_text(options.certificate,
-               format_certificate(view.report, view.objective, describe(options, space.start)));
+    write_text(options.certificate, format_certificate(view.report, view.objective, describe(options, space.start)));
   if (!options.h5.empty()) {
     write_design(options.h5, view, describe(options, space.start), write);
     files.push_back(options.h5);
   }
   return files;
-}
-
-/// @throws UsageError if there is nothing that a certificate could prove
-void check_certificate(const DesignCommandOptions& options, const std::string& obstacle) {
-  if (!options.certificate.empty() && !obstacle.empty())
-    throw UsageError("--certificate: no certificate because " + obstacle);
 }
 
 ExitCode run(const DesignCommandOptions& options) {
@@ -213,6 +212,7 @@ void check_front_options(const DesignCommandOptions& options, const Study& study
         throw UsageError(fmt::format("{} needs a spec with a front (design: front), and no --minimize", name));
     return;
   }
+  check_certificate(options, "a front has several objectives; choose one with --minimize");
   if (!options.output.empty() && options.point.empty())
     throw UsageError(
         "--output writes one design, but a front has several: choose one with --point K or --point middle");

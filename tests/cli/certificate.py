@@ -2,13 +2,15 @@
 """The proof of a bound over all lengths: a script that shares nothing with the program accepts what the program writes, and nothing less."""
 
 import copy
+import itertools
 import json
 import os
+import re
 import subprocess
 import sys
 import unittest
 
-from _program import SLOWNESS, Case, config, run
+from _program import CONFIGS, SLOWNESS, Case, run
 
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 CHECKER = os.path.join(PROJECT, "scripts", "check-certificate")
@@ -16,6 +18,11 @@ CHECKER = os.path.join(PROJECT, "scripts", "check-certificate")
 
 def length_spec(name):
     return os.path.join(PROJECT, "tests", "certificate", "specs", name + ".yaml")
+
+
+def text_of(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
 
 
 def check(file):
@@ -33,8 +40,7 @@ class Certificate(Case):
         return run("design", length_spec(name), "--certificate", file, "--quiet", *options).returncode, file
 
     def read(self, file):
-        with open(file, encoding="utf-8") as text:
-            return json.load(text)
+        return json.loads(text_of(file))
 
     def assert_refused(self, certificate, *parts):
         with open(self.path("changed.json"), "w", encoding="utf-8") as file:
@@ -46,13 +52,35 @@ class Certificate(Case):
 
     def test_a_bound_that_is_reached_is_proved(self):
         # one geometry; two of them; boxes that conditions of assembly exclude
-        for name, value in (("four_hi_4", "1.43994"), ("four_fix21", "1.62062"), ("four_box_1", "0.87908")):
+        for name, value in (("four_hi_4", "1.43994"), ("four_fix21", "1.62061"), ("four_box_1", "0.87908")):
             with self.subTest(name=name):
                 code, file = self.design(name)
                 self.assertEqual(code, 0)
                 done = check(file)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 self.assertIn(f"proved: added mass ≥ {value}", done.stdout)
+
+    def test_the_example_of_the_page_has_the_numbers_that_are_derived_there_by_hand(self):
+        page = text_of(os.path.join(PROJECT, "docs", "certificate.md"))
+        spec = self.write("four-bar.yaml", re.search(r"```yaml\n(.*?)```", page, re.DOTALL).group(1))
+        printed = re.search(r"check-certificate proof.json\n(.*?)```", page, re.DOTALL).group(1)
+        self.assert_quiet_success(run("design", spec, "--certificate", self.path("proof.json"), "--quiet"))
+        self.assertEqual(check(self.path("proof.json")).stdout, printed)
+        certificate = self.read(self.path("proof.json"))
+        self.assertEqual(certificate["not_covered"], [])
+        (box,) = bounded(certificate)
+        self.assertEqual(box["affine"], [])
+        # w = (-1, -1): real and imaginary parts; the solver's tolerance
+        for (value,), expected in zip(box["w"], (-1, 0, -1, 0), strict=True):
+            self.assertAlmostEqual(float.fromhex(value), expected, delta=1e-8)
+        # the sum over the links and the heights of the counterweights, as on the page
+        w = [complex(float.fromhex(box["w"][i][0]), float.fromhex(box["w"][i + 1][0])) for i in (0, 2)]
+        for a, b, c in itertools.product((0.1, 0.13, 0.14), (0.3, 0.4, 0.5), (0.2, 0.3, 0.4)):
+            moments = 2 * a * w[0] / 2 + 2 * b * (w[0] + w[1] / 2) + 2 * c * (w[0] + w[1]) / 2
+            self.assertAlmostEqual(-moments.real, a + 3 * b + 2 * c, delta=1e-7)
+            self.assertGreaterEqual(-moments.real, float.fromhex(certificate["lower_bound"]))
+            for height in (-0.1 * w[0].real / a, -0.1 * (w[0] + w[1]).real / c):
+                self.assertLessEqual(height, 1)
 
     def test_a_bound_that_is_not_reached_is_proved_and_agrees_with_the_answer(self):
         file = self.path("five.json")
@@ -120,21 +148,26 @@ class Certificate(Case):
         self.assert_refused(certificate, "σ exceeds a mass limit")
 
     def test_without_a_bound_it_says_why_and_writes_nothing(self):
-        free = self.write("free.yaml", config("3rrr.yaml"))
-        sine = open(length_spec("four_box_1"), encoding="utf-8").read().replace("0.5925 * b + 0.0046", "0.5925 * sin(b)")
-        for spec, reason in ((self.write("sine.yaml", sine), "not a polynomial"), (free, "no certificate because")):
+        text = text_of(length_spec("four_box_1"))
+        for reason, before, after in (("not a polynomial", "0.5925 * b + 0.0046", "0.5925 * sin(b)"),
+                                      ("the objective", "minimize: added-mass", "minimize: rms(torque)")):
+            spec = self.write("without.yaml", text.replace(before, after))
             with self.subTest(reason=reason):
                 done = run("design", spec, "--certificate", self.path("c.json"), "-o", self.path("o.yaml"))
                 self.assert_failure(done, 2, "--certificate", "no certificate because", reason)
                 self.assertFalse(os.path.exists(self.path("c.json")) or os.path.exists(self.path("o.yaml")))
 
+    def test_a_front_has_none(self):
+        done = run("design", os.path.join(CONFIGS, "four-bar-front.yaml"), "--certificate", self.path("c.json"))
+        self.assert_failure(done, 2, "--certificate", "front")
+
     def test_it_replaces_no_file_unasked_and_never_an_input(self):
-        spec = self.write("spec.yaml", open(length_spec("four_box_1"), encoding="utf-8").read())
+        spec = self.write("spec.yaml", text_of(length_spec("four_box_1")))
         self.assert_failure(run("design", spec, "--certificate", spec, "--force"), 2, "spec.yaml")
         self.assert_failure(run("design", spec, "--certificate", self.path("a"), "-o", self.path("a")), 2, "same file")
         old = self.write("old.json", "old")
         self.assertNotEqual(run("design", spec, "--certificate", old).returncode, 0)
-        self.assertEqual(open(old, encoding="utf-8").read(), "old")
+        self.assertEqual(text_of(old), "old")
         self.assert_quiet_success(run("design", spec, "--certificate", old, "--force", "--quiet"))
         self.assertEqual(check(old).returncode, 0)
 

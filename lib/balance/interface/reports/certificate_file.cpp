@@ -58,9 +58,7 @@ class CertificateFormatter {
     return text + "]";
   }
 
-  const std::string& name(int number) const {
-    return report_.free_numbers[static_cast<std::size_t>(number)].key_path;
-  }
+  const std::string& name(int number) const { return report_.free_numbers[static_cast<std::size_t>(number)].key_path; }
 
   /// Null without a design.
   Json best() const {
@@ -111,8 +109,7 @@ class CertificateFormatter {
                                 {"corners", corners}});
     }
     for (const LengthCondition& condition : geometry.conditions)
-      conditions.push_back(
-          {{"polynomial", polynomial(condition.polynomial)}, {"is_zero", condition.is_equality}});
+      conditions.push_back({{"polynomial", polynomial(condition.polynomial)}, {"is_zero", condition.is_equality}});
     for (const ProofStep& step : proof.steps) boxes.push_back(box(step, geometry));
     std::string text = "{\n" + member("  ", "name", geometry.name) + ",\n";
     text += member("  ", "substitution", substitution) + ",\n";
@@ -147,8 +144,9 @@ class CertificateFormatter {
             {"is_upper_used", static_cast<bool>(multipliers.upper_limits[i])},
             {"value", column(multipliers.unknowns + multipliers.limit_index[i])}};
     for (std::size_t c = 0; c < multipliers.conditions.size(); ++c)
-      kappa[std::to_string(multipliers.conditions[c])] =
-          exact(multipliers.condition_multipliers[static_cast<Eigen::Index>(c)]);
+      if (multipliers.condition_multipliers[static_cast<Eigen::Index>(c)] != 0)
+        kappa[std::to_string(multipliers.conditions[c])] =
+            exact(multipliers.condition_multipliers[static_cast<Eigen::Index>(c)]);
     return {{"bound", exact(step.bound)}, {"affine", affine}, {"w", w}, {"sigma", sigma}, {"kappa", kappa}};
   }
 

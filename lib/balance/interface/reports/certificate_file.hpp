@@ -11,7 +11,6 @@ namespace balance {
 
 /// @param report of a design whose bound has a proof
 /// @param objective its text: "added mass"
-std::string format_certificate(const DesignReport& report, const std::string& objective,
-                               const Provenance& description);
+std::string format_certificate(const DesignReport& report, const std::string& objective, const Provenance& description);
 
 }  // namespace balance

@@ -156,11 +156,13 @@ class ConditionLister {
     return {};
   }
 
-  /// Conditions that hold in the whole box are left out.
+  /// Conditions that hold in the whole box are left out, and those that another pose has already.
   void add(LengthPolynomial p) {
     const double size = BernsteinForm({p}).convert(box_).magnitudes[0];
     p += LengthPolynomial::constant(linkage_.variables, reach_tolerance * size);
     if (enclose_range(p, box_).first >= 0) return;
+    const auto is_same = [&](const LengthCondition& other) { return other.polynomial.terms() == p.terms(); };
+    if (std::any_of(conditions_.begin(), conditions_.end(), is_same)) return;
     conditions_.push_back({std::move(p), false});
   }
 

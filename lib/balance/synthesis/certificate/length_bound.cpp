@@ -448,7 +448,7 @@ class LengthBoundSearch::Tree {
   int searches_ = 0;
   ProofRecorder recorder_;
   std::vector<int> root_parts_;  ///< per geometry
-  LengthBound result_;  ///< without its bound
+  LengthBound result_;           ///< without its bound
 };
 
 std::vector<int> list_followed_trajectories(const DesignSpace& space) {

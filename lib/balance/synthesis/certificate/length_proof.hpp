@@ -20,8 +20,8 @@ struct ProofStep {
   LengthBox box;
   int length = -1;  ///< of a split
   double at = 0;
-  int condition = -1;             ///< that excludes the box
-  double bound = 0;               ///< no design with lengths in the box is lighter [kg]
+  int condition = -1;               ///< that excludes the box
+  double bound = 0;                 ///< no design with lengths in the box is lighter [kg]
   BoxCertificate multipliers = {};  ///< of the bound
 };
 

@@ -290,7 +290,8 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
   } else {
     const DesignProblem problem = make_design_problem(space, options);
     report.outcome = design::solve_with_length_bound(space, options, problem, report.length_bound);
-    if (report.length_bound && report.length_bound->reason.empty()) report.notes.push_back(length_bound_note(*report.length_bound));
+    if (report.length_bound && report.length_bound->reason.empty())
+      report.notes.push_back(length_bound_note(*report.length_bound));
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
 
