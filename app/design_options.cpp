@@ -116,7 +116,7 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
   if (options.goal.seed) result.search.seed = *options.goal.seed;
   if (options.seconds > 0) result.search.max_time = options.seconds;
   if (options.starts > 0) result.search.max_restarts = options.starts;
-  result.keeps_proof = !options.certificate.empty();
+  result.keeps_certificates = !options.certificate.empty();
   result.compare_trajectories = !options.quiet || options.spec.json || !options.h5.empty();
   if (study.free_numbers.empty()) {
     throw SpecError({.place = {.file = study.spec_file},

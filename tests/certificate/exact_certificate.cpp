@@ -143,9 +143,10 @@ class Checker {
   }
 
   std::string find_counterweight_flaw(std::size_t i) const {
-    const FreeCounterweight& counterweight = geometry_.linkage.counterweights[i];
+    const MassLimits& limits = multipliers_.mass_limits[i];
     const bool has_limit = multipliers_.limit_index[i] >= 0;
-    const bool has_upper = multipliers_.upper_limits[i];
+    if (limits.is_left_out()) return has_limit ? "σ without a counterweight" : "";
+    const bool has_upper = limits.is_upper_used;
     for (const VirtualHeight& corner : geometry_.dual.corners[i]) {
       const Polynomial scale = exact(corner.scale);
       if (box_.smallest(scale, {}) <= 0) return "a scale may vanish";
@@ -157,8 +158,8 @@ class Checker {
         const Polynomial room = sum(product(slack, box_.constant(Rational(mass))), product(scale, limit(i)), -1);
         return box_.smallest(room, {}) < 0;
       };
-      if (has_upper && exceeds(counterweight.upper)) return "σ exceeds its upper limit";
-      if (exceeds(counterweight.lower)) return "σ exceeds its lower limit";
+      if (has_upper && exceeds(limits.upper)) return "σ exceeds its upper limit";
+      if (exceeds(limits.lower)) return "σ exceeds its lower limit";
     }
     return {};
   }
@@ -188,6 +189,12 @@ Rational max_value(const LengthGeometry& geometry) {
 std::string find_flaw(const LengthBox& box, double bound, const BoxCertificate& multipliers,
                       const LengthGeometry& geometry) {
   return Checker(box, bound, multipliers, geometry).find_flaw();
+}
+
+std::string find_flaw(const LengthCertificate& certificate, const LengthGeometry& geometry) {
+  if (certificate.multipliers.multipliers.size() == 0)
+    return certificate.bound <= geometry.min_value ? "" : "a bound without multipliers";
+  return find_flaw(certificate.box, certificate.bound, certificate.multipliers, geometry);
 }
 
 std::string find_flaw(const GeometryProof& proof, double bound) {

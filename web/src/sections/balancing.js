@@ -1,4 +1,5 @@
 // Conditions and the design that meets them.
+import {boundOverLengths} from "./bound.js";
 import {h, unseen} from "../dom.js";
 import {format, formatIn, unitText, withUnit} from "../data/numbers.js";
 
@@ -117,6 +118,7 @@ export function designSection(data) {
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), design.reason ? ` — ${design.reason}.`.replace("..", ".") : "."),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
+    boundOverLengths(design),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
       h("thead", {}, h("tr", {}, ["Number", "Unit", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
         h("th", {scope: "col", class: [2, 3, 4, 6].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),

@@ -141,7 +141,7 @@ class CertificateFormatter {
     for (std::size_t i = 0; i < multipliers.limit_index.size(); ++i)
       if (multipliers.limit_index[i] >= 0)
         sigma[geometry.linkage.counterweights[i].name] = {
-            {"is_upper_used", static_cast<bool>(multipliers.upper_limits[i])},
+            {"is_upper_used", multipliers.mass_limits[i].is_upper_used},
             {"value", column(multipliers.unknowns + multipliers.limit_index[i])}};
     for (std::size_t c = 0; c < multipliers.conditions.size(); ++c)
       if (multipliers.condition_multipliers[static_cast<Eigen::Index>(c)] != 0)

@@ -1,6 +1,5 @@
 #include "balance/synthesis/certificate/length_proof.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -10,10 +9,10 @@ namespace {
 /// w = 0 and σ = the lower mass limits.
 BoxCertificate make_trivial_certificate(const LengthGeometry& geometry) {
   BoxCertificate result;
+  result.mass_limits = list_mass_limits(geometry.linkage);
   result.unknowns = geometry.dual.unknowns;
   std::vector<double> limits;
   for (const FreeCounterweight& counterweight : geometry.linkage.counterweights) {
-    result.upper_limits.push_back(false);
     result.limit_index.push_back(counterweight.lower > 0 ? static_cast<int>(limits.size()) : -1);
     if (counterweight.lower > 0) limits.push_back(counterweight.lower);
   }

@@ -41,7 +41,6 @@ void check_request(const DesignSpace& space) {
       request.minimize[0].weight != 1)
     throw NotPolynomial("the objective is neither the added mass nor the total mass");
   if (request.cases.size() > 1 || !request.cases.numbers.empty()) throw NotPolynomial("there are several load cases");
-  if (!request.cardinality.empty()) throw NotPolynomial("elements may be left out");
   if (!mechanism.discs.empty()) throw NotPolynomial("it has discs");
   if (!mechanism.couplings.empty()) throw NotPolynomial("gears or belts couple its joints");
   if (!mechanism.constraints.empty()) throw NotPolynomial("its speeds are constrained");
@@ -227,6 +226,14 @@ class LinkageReader {
     return number >= 0 && uses_[static_cast<std::size_t>(number)] == 1 ? number : -1;
   }
 
+  /// One with sizes is bounded like a length.
+  int own_coordinate(const LengthPolynomial& p) {
+    const int number = own_number(p);
+    if (number < 0 || free_number(number).discrete_values.empty()) return number;
+    linkage_.sized_places.push_back(number);
+    return -1;
+  }
+
   const FreeNumber& free_number(int index) const { return space_.start.free_numbers[static_cast<std::size_t>(index)]; }
 
   void add_attachment(int index, const LengthPolynomial& mass, const std::array<LengthPolynomial, 2>& place) {
@@ -234,8 +241,9 @@ class LinkageReader {
     const bool is_counterweight = attachment.kind == AttachmentKind::counterweight;
     if (attachment.body == ground) return;
     const int mass_number = own_number(mass);
+    const std::array<int, 2> place_numbers{own_coordinate(place[0]), own_coordinate(place[1])};
     const auto constant_mass = mass.constant_value();
-    if (mass_number < 0 && (!constant_mass || (own_number(place[0]) < 0 && own_number(place[1]) < 0))) {
+    if (mass_number < 0 && (!constant_mass || (place_numbers[0] < 0 && place_numbers[1] < 0))) {
       add_mass({attachment.body, place[0] + place[1] * imaginary_unit, mass}, is_counterweight);
       return;
     }
@@ -249,10 +257,10 @@ class LinkageReader {
     counterweight.lower = mass_number < 0 ? constant_mass->real() : free_number(mass_number).lower;
     counterweight.upper = mass_number < 0 ? constant_mass->real() : free_number(mass_number).upper;
     if (!(counterweight.lower >= 0)) throw NotPolynomial(attachment.name + " may have a negative mass");
+    counterweight.place_numbers = place_numbers;
     std::array<std::vector<LengthPolynomial>, 2> ends;
     for (std::size_t i = 0; i < 2; ++i) {
-      const int number = own_number(place[i]);
-      counterweight.place_numbers[i] = number;
+      const int number = place_numbers[i];
       if (number < 0)
         ends[i] = {place[i]};
       else
@@ -290,7 +298,13 @@ BodySum operator*(const BodySum& sum, const LengthPolynomial& factor) {
 }
 
 bool has_free_lengths(const PlanarLinkage& linkage) {
-  const auto varies = [](const LengthPolynomial& p) { return !p.constant_value(); };
+  const auto varies = [&](const LengthPolynomial& p) {
+    for (int number = 0; number < linkage.variables; ++number)
+      if (p.has_variable(number) &&
+          std::find(linkage.sized_places.begin(), linkage.sized_places.end(), number) == linkage.sized_places.end())
+        return true;
+    return false;
+  };
   for (const LoopClosure& closure : linkage.closures)
     for (const auto& [body, coefficient] : closure.links)
       if (varies(coefficient)) return true;

@@ -65,7 +65,7 @@ struct DesignStudyOptions {
   VectorX settled_values = {};                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
   bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
-  bool keeps_proof = false;                                ///< of the bound over all lengths
+  bool keeps_certificates = false;                         ///< of the bound over all lengths
   std::shared_ptr<MotionCache> motions;                    ///< shared by several studies of one spec; null: none is
 };
 
