@@ -80,6 +80,8 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   add_units_option(parser, o.spec.units);
   parser.add_option("-o,--output", o.output, "write the spec with its free numbers filled in")->type_name("FILE");
   parser.add_option("--h5", o.h5, "write numbers, conditions and all runs to this HDF5 file")->type_name("FILE");
+  parser.add_option("--certificate", o.certificate, "write the proof that nothing is lighter at any lengths")
+      ->type_name("FILE");
   parser.add_option("--csv", o.csv, "write the points of the front to this CSV file")->type_name("FILE");
   parser.add_option("--point", o.point, "design of the front to show and, with -o, to write: a number or middle")
       ->type_name("K");
@@ -114,6 +116,7 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
   if (options.goal.seed) result.search.seed = *options.goal.seed;
   if (options.seconds > 0) result.search.max_time = options.seconds;
   if (options.starts > 0) result.search.max_restarts = options.starts;
+  result.keeps_certificates = !options.certificate.empty();
   result.compare_trajectories = !options.quiet || options.spec.json || !options.h5.empty();
   if (study.free_numbers.empty()) {
     throw SpecError({.place = {.file = study.spec_file},
@@ -124,17 +127,21 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
 }
 
 void check_outputs(const DesignCommandOptions& options, const Study& study) {
-  check_standard_output({options.output, options.csv, options.h5}, options.spec.json,
+  check_standard_output({options.output, options.csv, options.h5, options.certificate}, options.spec.json,
                         options.h5 == standard_output_path);
   const std::vector<InputFile> inputs = list_input_files(study);
   check_output(options.output, "the design", inputs, options.force);
   check_output(options.h5, "the result", inputs, options.force);
   check_output(options.csv, "the table", inputs, options.force);
+  check_output(options.certificate, "the certificate", inputs, options.force);
   if (!options.h5.empty() && !options.output.empty() && is_same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
   for (const std::string& other : {options.output, options.h5})
     if (!options.csv.empty() && !other.empty() && is_same_file(options.csv, other))
       throw UsageError("--csv names the same file as another option: " + options.csv);
+  for (const std::string& other : {options.output, options.h5, options.csv})
+    if (!options.certificate.empty() && !other.empty() && is_same_file(options.certificate, other))
+      throw UsageError("--certificate names the same file as another option: " + options.certificate);
 }
 
 Provenance describe(const DesignCommandOptions& options, const Study& study) {

@@ -14,13 +14,14 @@ namespace balance::app {
 struct DesignCommandOptions {
   SpecOptions spec;
   GoalOptions goal;
-  std::string output, h5;  ///< files to write; empty: none
-  std::string csv;         ///< table of a front's points
-  std::string point;       ///< of a front: the number of a point, or `middle`; empty: the whole front
-  std::string minimize;    ///< YAML; empty: the spec's
-  std::string algorithm;   ///< one of the global or local algorithms of SearchOptions; empty: the spec's
-  double seconds = 0;      ///< 0: the spec's
-  int starts = 0;          ///< 0: the spec's
+  std::string output, h5;   ///< files to write; empty: none
+  std::string certificate;  ///< the proof of the bound over all lengths; empty: none
+  std::string csv;          ///< table of a front's points
+  std::string point;        ///< of a front: the number of a point, or `middle`; empty: the whole front
+  std::string minimize;     ///< YAML; empty: the spec's
+  std::string algorithm;    ///< one of the global or local algorithms of SearchOptions; empty: the spec's
+  double seconds = 0;       ///< 0: the spec's
+  int starts = 0;           ///< 0: the spec's
   bool force = false;
   bool quiet = false;
 };

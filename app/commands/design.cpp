@@ -2,6 +2,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/reports/certificate_file.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/front_sections.hpp"
 #include "balance_options.hpp"
@@ -50,6 +51,12 @@ auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOp
 
 namespace {
 
+/// @throws UsageError if a certificate is asked for and there is an obstacle
+void check_certificate(const DesignCommandOptions& options, const std::string& obstacle) {
+  if (!options.certificate.empty() && !obstacle.empty())
+    throw UsageError("--certificate: no certificate because " + obstacle);
+}
+
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
                                      const std::string& balanced, const DesignReportData& view) {
   WriteOptions write;
@@ -57,13 +64,16 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
   std::vector<std::string> files;
-  if (!options.output.empty()) {
-    AtomicFile file(options.output, write.existing);
-    file.write(balanced);
+  const auto write_text = [&](const std::string& path, const std::string& text) {
+    AtomicFile file(path, write.existing);
+    file.write(text);
     throw_if_cancelled(write);
     file.commit();
-    files.push_back(options.output);
-  }
+    files.push_back(path);
+  };
+  if (!options.output.empty()) write_text(options.output, balanced);
+  if (!options.certificate.empty())
+    write_text(options.certificate, format_certificate(view.report, view.objective, describe(options, space.start)));
   if (!options.h5.empty()) {
     write_design(options.h5, view, describe(options, space.start), write);
     files.push_back(options.h5);
@@ -76,6 +86,7 @@ ExitCode run(const DesignCommandOptions& options) {
   check_front_options(options, space.start);
   const DesignStudyOptions study_options = make_study_options(options, space.start);
   check_outputs(options, space.start);
+  if (!options.certificate.empty()) check_certificate(options, find_certificate_obstacle(space, study_options));
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (is_front_requested(options, space.start)) return run_front(options, space);
@@ -84,6 +95,8 @@ ExitCode run(const DesignCommandOptions& options) {
       options, study_options, "searching (Ctrl-C stops with the best so far)", interrupted,
       [&](const DesignStudyOptions& interruptible_options) { return design_or_throw(space, interruptible_options); });
   const bool done = is_success(report.outcome);
+  if (!report.length_bound) check_certificate(options, "the search ended without a bound");
+  if (report.length_bound) check_certificate(options, report.length_bound->reason);
   const std::string spec = designed_spec_or_throw(space, report);
   DesignReportData view = make_design_data(study_options, space, spec, std::move(report));
   view.interrupted = interrupted;
@@ -199,6 +212,7 @@ void check_front_options(const DesignCommandOptions& options, const Study& study
         throw UsageError(fmt::format("{} needs a spec with a front (design: front), and no --minimize", name));
     return;
   }
+  check_certificate(options, "a front has several objectives; choose one with --minimize");
   if (!options.output.empty() && options.point.empty())
     throw UsageError(
         "--output writes one design, but a front has several: choose one with --point K or --point middle");

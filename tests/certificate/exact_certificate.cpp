@@ -99,11 +99,11 @@ class Box {
 
 class Checker {
  public:
-  Checker(const LengthCertificate& certificate, const LengthGeometry& geometry)
-      : certificate_(certificate), geometry_(geometry), box_(certificate.box) {}
+  Checker(const LengthBox& box, double bound, const BoxCertificate& multipliers, const LengthGeometry& geometry)
+      : bound_(bound), multipliers_(multipliers), geometry_(geometry), box_(box) {}
 
   std::string find_flaw() const {
-    const BoxCertificate& multipliers = certificate_.multipliers;
+    const BoxCertificate& multipliers = multipliers_;
     Polynomial objective = exact(geometry_.dual.fixed_size);
     const Polynomial scale = exact(geometry_.dual.fixed_masses.scale);
     if (box_.smallest(scale, {}) <= 0) return "the objective's scale may vanish";
@@ -119,21 +119,21 @@ class Checker {
       if (!condition.is_equality && multiplier < 0) return "a condition has a negative multiplier";
       objective = sum(objective, exact(condition.polynomial), -multiplier);
     }
-    objective = sum(objective, scale, -Rational(certificate_.bound));
+    objective = sum(objective, scale, -Rational(bound_));
     return box_.smallest(objective, {}) >= 0 ? "" : "the objective may be less than the bound";
   }
 
  private:
   /// Constant part and those of the affine lengths.
   Polynomial multiplier(Eigen::Index column) const {
-    Polynomial p = box_.constant(Rational(certificate_.multipliers.multipliers(0, column)));
-    for (std::size_t a = 0; a < certificate_.multipliers.affine.size(); ++a)
-      p = sum(p, box_.centred(static_cast<std::size_t>(certificate_.multipliers.affine[a])),
-              Rational(certificate_.multipliers.multipliers(static_cast<Eigen::Index>(a) + 1, column)));
+    Polynomial p = box_.constant(Rational(multipliers_.multipliers(0, column)));
+    for (std::size_t a = 0; a < multipliers_.affine.size(); ++a)
+      p = sum(p, box_.centred(static_cast<std::size_t>(multipliers_.affine[a])),
+              Rational(multipliers_.multipliers(static_cast<Eigen::Index>(a) + 1, column)));
     return p;
   }
   Polynomial limit(std::size_t counterweight) const {
-    return multiplier(certificate_.multipliers.unknowns + certificate_.multipliers.limit_index[counterweight]);
+    return multiplier(multipliers_.unknowns + multipliers_.limit_index[counterweight]);
   }
   Polynomial height(const VirtualHeight& virtual_height) const {
     Polynomial p;
@@ -143,8 +143,8 @@ class Checker {
   }
 
   std::string find_counterweight_flaw(std::size_t i) const {
-    const MassLimits& limits = certificate_.multipliers.mass_limits[i];
-    const bool has_limit = certificate_.multipliers.limit_index[i] >= 0;
+    const MassLimits& limits = multipliers_.mass_limits[i];
+    const bool has_limit = multipliers_.limit_index[i] >= 0;
     if (limits.is_left_out()) return has_limit ? "σ without a counterweight" : "";
     const bool has_upper = limits.is_upper_used;
     for (const VirtualHeight& corner : geometry_.dual.corners[i]) {
@@ -164,15 +164,60 @@ class Checker {
     return {};
   }
 
-  const LengthCertificate& certificate_;
+  double bound_;
+  const BoxCertificate& multipliers_;
   const LengthGeometry& geometry_;
   Box box_;
 };
 
+/// Whether a condition that excludes a box is not met by any of its lengths.
+bool is_excluded(const LengthCondition& condition, const LengthBox& box) {
+  const Polynomial p = exact(condition.polynomial);
+  if (Box(box).smallest(sum({}, p, -1), {}) > 0) return true;
+  return condition.is_equality && Box(box).smallest(p, {}) > 0;
+}
+
+/// The objective's largest value within the mass limits.
+Rational max_value(const LengthGeometry& geometry) {
+  Rational value = -Box(geometry.box).smallest(sum({}, exact(geometry.linkage.fixed_size), -1), {});
+  for (const FreeCounterweight& counterweight : geometry.linkage.counterweights) value += Rational(counterweight.upper);
+  return value;
+}
+
 }  // namespace
+
+std::string find_flaw(const LengthBox& box, double bound, const BoxCertificate& multipliers,
+                      const LengthGeometry& geometry) {
+  return Checker(box, bound, multipliers, geometry).find_flaw();
+}
 
 std::string find_flaw(const LengthCertificate& certificate, const LengthGeometry& geometry) {
   if (certificate.multipliers.multipliers.size() == 0)
     return certificate.bound <= geometry.min_value ? "" : "a bound without multipliers";
-  return Checker(certificate, geometry).find_flaw();
+  return find_flaw(certificate.box, certificate.bound, certificate.multipliers, geometry);
+}
+
+std::string find_flaw(const GeometryProof& proof, double bound) {
+  std::vector<LengthBox> open{proof.geometry.box};
+  for (const ProofStep& step : proof.steps) {
+    if (open.empty()) return "there are more boxes than the whole has parts";
+    LengthBox box = open.back();
+    open.pop_back();
+    if (step.box.lower != box.lower || step.box.upper != box.upper) return "a box is not a part of the whole";
+    if (step.kind == ProofStep::Kind::split) {
+      if (!(step.at >= box.lower[step.length] && step.at <= box.upper[step.length])) return "a split outside its box";
+      LengthBox upper = box;
+      upper.lower[step.length] = box.upper[step.length] = step.at;
+      open.push_back(std::move(upper));
+      open.push_back(std::move(box));
+    } else if (step.kind == ProofStep::Kind::excluded) {
+      if (!is_excluded(proof.geometry.conditions[static_cast<std::size_t>(step.condition)], box))
+        return "a box is not excluded";
+    } else {
+      if (step.bound < bound && Rational(step.bound) <= max_value(proof.geometry)) return "a bound is too low";
+      const std::string flaw = find_flaw(box, step.bound, step.multipliers, proof.geometry);
+      if (!flaw.empty()) return flaw;
+    }
+  }
+  return open.empty() ? "" : "a box is missing";
 }

@@ -2,10 +2,16 @@
 // Certificates checked in rational arithmetic: nothing of the library but the polynomials and the multipliers.
 
 #include "balance/synthesis/certificate/length_bound.hpp"
-#include "balance/synthesis/certificate/length_geometry.hpp"
 
 #include <string>
 
-/// Why a certificate does not prove its bound for the geometry's linkage; empty if it does.
+/// Why multipliers do not prove a bound on a box for the geometry's linkage; empty if they do.
+std::string find_flaw(const balance::certificate::LengthBox& box, double bound,
+                      const balance::certificate::BoxCertificate& multipliers,
+                      const balance::certificate::LengthGeometry& geometry);
+
 std::string find_flaw(const balance::LengthCertificate& certificate,
                       const balance::certificate::LengthGeometry& geometry);
+
+/// Why the steps do not prove a bound for all lengths of their geometry; empty if they do.
+std::string find_flaw(const balance::certificate::GeometryProof& proof, double bound);

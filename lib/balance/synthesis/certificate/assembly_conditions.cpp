@@ -218,11 +218,13 @@ class ConditionLister {
     return {};
   }
 
-  /// Conditions that hold in the whole box are left out.
+  /// Conditions that hold in the whole box are left out, and those that another pose has already.
   void add(LengthPolynomial p) {
     const double size = BernsteinForm({p}).convert(box_).magnitudes[0];
     p += LengthPolynomial::constant(linkage_.variables, reach_tolerance * size);
     if (enclose_range(p, box_).first >= 0) return;
+    const auto is_same = [&](const LengthCondition& other) { return other.polynomial.terms() == p.terms(); };
+    if (std::any_of(conditions_.begin(), conditions_.end(), is_same)) return;
     conditions_.push_back({std::move(p), false});
   }
 
@@ -268,15 +270,29 @@ std::vector<LengthCondition> list_assembly_conditions(const DesignSpace& space, 
   return lister.take();
 }
 
-bool contract(const std::vector<LengthCondition>& conditions, LengthBox& box) {
+bool contract(const std::vector<LengthCondition>& conditions, LengthBox& box, std::vector<BoxCut>* cuts) {
+  const auto note = [&](const BoxCut& cut) {
+    if (cuts != nullptr) cuts->push_back(cut);
+  };
   for (int round = 0; round < max_contractions; ++round) {
     const LengthBox before = box;
-    for (const LengthCondition& condition : conditions) {
-      const auto [low, high] = enclose_range(condition.polynomial, box);
-      if (high < 0 || (condition.is_equality && low > 0)) return false;
+    for (std::size_t c = 0; c < conditions.size(); ++c) {
+      const auto condition = static_cast<int>(c);
+      const auto [low, high] = enclose_range(conditions[c].polynomial, box);
+      if (high < 0 || (conditions[c].is_equality && low > 0)) {
+        note({-1, 0, false, condition});
+        return false;
+      }
       for (Eigen::Index i = 0; i < box.lower.size(); ++i) {
-        contract_variable(condition, static_cast<int>(i), box);
-        if (box.lower[i] > box.upper[i]) return false;
+        const double lower = box.lower[i], upper = box.upper[i];
+        const auto length = static_cast<int>(i);
+        contract_variable(conditions[c], length, box);
+        const bool is_left = box.lower[i] <= box.upper[i];
+        if (box.lower[i] > lower && box.lower[i] <= upper) note({length, box.lower[i], true, condition});
+        if (is_left && box.upper[i] < upper) note({length, box.upper[i], false, condition});
+        if (is_left) continue;
+        note({-1, 0, false, condition});
+        return false;
       }
     }
     bool has_contracted = false;

@@ -22,8 +22,17 @@ struct LengthCondition {
 std::vector<LengthCondition> list_assembly_conditions(const DesignSpace& space, const PlanarLinkage& linkage,
                                                       const std::vector<int>& trajectories, const LengthBox& box);
 
-/// Removes lengths of the box that meet no condition.
+/// Lengths that a condition removes from a box: those on one side of a value of one length.
+struct BoxCut {
+  int length = -1;  ///< −1: all lengths that are left
+  double at = 0;
+  bool is_lower_removed = false;
+  int condition = 0;
+};
+
+/// Removes lengths of the box that do not meet the conditions.
+/// @param cuts receives what was removed, one after the other; null: nobody asks
 /// @return false if none are left
-bool contract(const std::vector<LengthCondition>& conditions, LengthBox& box);
+bool contract(const std::vector<LengthCondition>& conditions, LengthBox& box, std::vector<BoxCut>* cuts = nullptr);
 
 }  // namespace balance::certificate

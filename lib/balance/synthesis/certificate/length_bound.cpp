@@ -95,6 +95,7 @@ struct Node : DesignPart {
   MatrixX conflict;
   VectorX relaxed_masses;   ///< per counterweight
   LengthCertificate proof;  ///< of the bound: its own, or that of a box that contains it
+  int part = -1;            ///< in the recorder; −1: none yet, or nothing is recorded
 };
 
 struct HasHigherBound {
@@ -143,6 +144,10 @@ class Tree {
         geometries_(problem.geometries),
         programs_(problem.programs) {
     result_.uncovered = problem.uncovered;
+    const auto has_sizes = [](const FreeNumber& number) { return !number.discrete_values.empty(); };
+    const auto& numbers = space_.start.free_numbers;
+    is_recorded_ = options_.keeps_certificates && options_.choices.empty() &&
+                   std::none_of(numbers.begin(), numbers.end(), has_sizes);
     for (std::size_t g = 0; g < geometries_.size(); ++g) {
       result_.geometries.push_back(geometries_[g].name);
       domains_.emplace_back(space_, geometries_[g], programs_[g].conditional.lengths(), options_.choices, min_count);
@@ -151,6 +156,7 @@ class Tree {
       root.geometry = static_cast<int>(g);
       root.bound = geometries_[g].min_value;
       bound(root);
+      root_parts_.push_back(root.part);
     }
     note_progress();
   }
@@ -186,6 +192,9 @@ class Tree {
     result.progress.push_back({elapsed(), result.lower_bound, result.best});
     if (options_.keeps_certificates)
       for (auto open = open_; !open.empty(); open.pop()) result.certificates.push_back(open.top().proof);
+    if (is_recorded_)
+      for (std::size_t g = 0; g < geometries_.size(); ++g)
+        result.proof.push_back(recorder_.list_steps(root_parts_[g], geometries_[g], result.lower_bound));
     return result;
   }
 
@@ -228,7 +237,7 @@ class Tree {
     const BoxProgram& program = programs_of(node).conditional;
     ++result_.nodes;
     // otherwise it contains no design of the geometry
-    if (!contract(geometry.conditions, node.box) || !domain_of(node).propagate(node)) return;
+    if (!contract_box(node) || !domain_of(node).propagate(node)) return;
     const double largest = max_value(node, node);
     BoxBound best = program.bound(node.box, {}, node.masses);
     if (best.bound < result_.best && best.bound <= largest && best.conflict.size() > 0) {
@@ -242,6 +251,7 @@ class Tree {
     node.relaxed_masses = masses_of(best, node.masses.size());
     if (best.bound > node.bound) {
       node.bound = best.bound;
+      if (is_recorded_) recorder_.prove(node.part, best.bound, best.certificate);
       node.proof = {node.geometry, node.box, best.bound, std::move(best.certificate)};
     }
     node.conflict = std::move(best.conflict);
@@ -251,6 +261,15 @@ class Tree {
       close(node);
     else
       open_.push(node);
+  }
+
+  bool contract_box(Node& node) {
+    if (!is_recorded_) return contract(geometry_of(node).conditions, node.box);
+    const LengthBox whole = node.box;
+    std::vector<BoxCut> cuts;
+    const bool is_left = contract(geometry_of(node).conditions, node.box, &cuts);
+    node.part = recorder_.add(node.part, whole, std::move(cuts));
+    return is_left;
   }
 
   static VectorX masses_of(const BoxBound& bound, std::size_t counterweights) {
@@ -281,10 +300,6 @@ class Tree {
   void close(const Node& node) { close(node, node.bound); }
   void close(const Node& node, double value) {
     closed_bound_ = std::min(closed_bound_, value);
-    keep_certificate(node);
-  }
-
-  void keep_certificate(const Node& node) {
     if (options_.keeps_certificates) result_.certificates.push_back(node.proof);
   }
 
@@ -531,7 +546,10 @@ class Tree {
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
   VectorX best_lengths_;            ///< of the best design, in its geometry
   int searches_ = 0;
-  LengthBound result_;  ///< without its bound
+  bool is_recorded_ = false;  ///< with sizes or choices, boxes are no proof by themselves
+  ProofRecorder recorder_;
+  std::vector<int> root_parts_;  ///< per geometry
+  LengthBound result_;           ///< without its bound
 };
 
 }  // namespace

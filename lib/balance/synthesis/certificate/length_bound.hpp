@@ -6,8 +6,8 @@
 /// problems close at the root. Sizes and elements that may be left out are decided in the same tree.
 
 #include "balance/motion/study/design_space.hpp"
-#include "balance/synthesis/certificate/box_program.hpp"
 #include "balance/synthesis/certificate/discrete_domain.hpp"
+#include "balance/synthesis/certificate/length_proof.hpp"
 
 #include <functional>
 #include <limits>
@@ -67,8 +67,10 @@ struct LengthBound {
   std::vector<std::string> uncovered;         ///< geometries within the bounds to which it does not apply
   long nodes = 0;                             ///< boxes bounded
   std::vector<LengthBoundProgress> progress;  ///< where bound or best design changed, and at the end
-  std::vector<LengthCertificate>
-      certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
+  /// If asked for, of boxes that cover all lengths that meet the geometries' conditions.
+  std::vector<LengthCertificate> certificates;
+  /// If asked for, of the bound, per geometry. Empty with sizes or choices.
+  std::vector<certificate::GeometryProof> proof;
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.

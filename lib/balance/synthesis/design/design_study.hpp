@@ -65,6 +65,7 @@ struct DesignStudyOptions {
   VectorX settled_values = {};                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
   bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
+  bool keeps_certificates = false;                         ///< of the bound over all lengths
   std::shared_ptr<MotionCache> motions;                    ///< shared by several studies of one spec; null: none is
 };
 
@@ -94,6 +95,10 @@ struct DesignReport {
   std::optional<LengthBound> length_bound;  ///< over all lengths; none: it does not apply
   std::vector<std::string> notes;
 };
+
+/// Why no bound over all lengths, and no proof of one, can be asked for; completes "no certificate because …". Empty: it
+/// can.
+std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options);
 
 /// With load cases, the outcome is that of all cases together; its numbers, conditions and residuals are those at the
 /// nominal load.

@@ -47,11 +47,14 @@ DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& 
   return requested;
 }
 
-/// Why lengths are not bounded, whatever the linkage; empty: they may be.
-std::string find_obstacle(const DesignStudyOptions& options) {
+/// Why lengths are not bounded; empty: they may be.
+/// @param requested with what the options replace
+std::string find_obstacle(const DesignSpace& requested, const DesignStudyOptions& options) {
   if (options.is_modular) return "the conditions are those of the modular strategy";
   if (!options.excluded.empty()) return "parts of the mechanism are left out";
-  return "";
+  const certificate::LinkageReading reading = certificate::read_linkage(requested);
+  if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return "no length is free";
+  return reading.reason;
 }
 
 double other_mode_seconds(const DesignProblem& problem) {
@@ -84,9 +87,10 @@ int count_least_elements(const DesignProblem& problem, const VectorX& x) {
 /// The bound and the search in turns, within the time of the design.
 class BoundedSearch {
  public:
-  BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
+  BoundedSearch(const DesignSpace& space, const DesignProblem& problem, bool keeps_certificates)
       : space_(space),
         problem_(problem),
+        keeps_certificates_(keeps_certificates),
         max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
         judge_(make_length_design_judge(space)),
         bound_(space, *judge_, bound_options()),
@@ -131,6 +135,7 @@ class BoundedSearch {
     options.gap_tolerance = closed_gap;
     options.required_trajectories = list_followed_trajectories(space_);
     options.choices = list_choices(problem_);
+    options.keeps_certificates = keeps_certificates_;
     return options;
   }
 
@@ -223,6 +228,7 @@ class BoundedSearch {
 
   const DesignSpace& space_;
   const DesignProblem& problem_;
+  bool keeps_certificates_;
   double max_time_;
   std::unique_ptr<LengthDesignJudge> judge_;
   LengthBoundSearch bound_;
@@ -319,15 +325,10 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
   const DesignSpace requested = requested_space(space, options);
   LengthBound found;
-  found.reason = find_obstacle(options);
+  found.reason = find_obstacle(requested, options);
   DesignOutcome outcome;
   if (found.reason.empty()) {
-    const certificate::LinkageReading reading = certificate::read_linkage(requested);
-    found.reason = reading.reason;
-    if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) found.reason = "no length is free";
-  }
-  if (found.reason.empty()) {
-    BoundedSearch search(requested, problem);
+    BoundedSearch search(requested, problem, options.keeps_certificates);
     outcome = search.solve();
     found = search.bound();
     std::optional<LengthBound> required;
@@ -345,3 +346,19 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
 }
 
 }  // namespace balance::design
+
+namespace balance {
+
+std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options) {
+  if (space.start.design.cases.size() > 0) return "there are load cases";
+  const DesignSpace requested = design::requested_space(space, options);
+  std::string obstacle = design::find_obstacle(requested, options);
+  if (!obstacle.empty()) return obstacle;
+  const auto& numbers = requested.start.free_numbers;
+  const auto has_sizes = [](const FreeNumber& number) { return !number.discrete_values.empty(); };
+  if (!requested.start.design.cardinality.empty() || std::any_of(numbers.begin(), numbers.end(), has_sizes))
+    return "it cannot hold sizes and choices yet; the bound itself includes them";
+  return certificate::list_length_geometries(requested, list_followed_trajectories(requested)).reason;
+}
+
+}  // namespace balance
