@@ -14,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -160,6 +161,42 @@ TEST_CASE("lengths: a choice of n counterweights is as good as the best of all s
     CHECK(chosen.best == doctest::Approx(best).epsilon(1e-8));
     CHECK(chosen.lower_bound == doctest::Approx(lower).epsilon(1e-8));
   }
+}
+
+TEST_CASE("lengths: no box without some counterweights has a bound above the least mass without them") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int compared = 0;
+  for (const char* spec : {"four_box_1", "five_box_1", "watt_box_1"}) {
+    const DesignSpace space = parse(read_spec_text(spec));
+    const LengthGeometry geometry = list_length_geometries(space, {}).geometries[0];
+    const BoxProgram program(geometry.linkage, geometry.dual, {});
+    for (int trial = 0; trial < 6; ++trial) {
+      LengthBox box = geometry.box;
+      const double width = trial % 2 == 0 ? 0.3 : 0.03;
+      for (const int length : program.lengths()) {
+        const double whole = box.upper[length] - box.lower[length];
+        box.lower[length] += unit(random) * (1 - width) * whole;
+        box.upper[length] = box.lower[length] + width * whole;
+      }
+      PlanarLinkage linkage = geometry.linkage;
+      std::vector<MassLimits> limits = list_mass_limits(linkage);
+      const auto left_out = static_cast<std::size_t>(trial) % limits.size();
+      linkage.counterweights[left_out].upper = limits[left_out].upper = 0;
+      const BoxBound result = program.bound(box, {}, limits);
+      CHECK(find_flaw({0, box, result.bound, result.certificate}, geometry) == "");
+      for (int sample = 0; sample < 4; ++sample) {
+        VectorX x = space.start_values();
+        for (const int length : program.lengths())
+          x[length] = box.lower[length] + unit(random) * (box.upper[length] - box.lower[length]);
+        const std::optional<double> value = compute_min_mass(space, linkage, x);
+        if (!value || std::isinf(*value)) continue;
+        ++compared;
+        CHECK(result.bound <= *value * (1 + 1e-8));  // the tolerance of both solvers is 1e-10
+      }
+    }
+  }
+  CHECK(compared >= 20);
 }
 
 TEST_CASE("lengths: with sizes of lengths the bound is reached by the best of all combinations") {
