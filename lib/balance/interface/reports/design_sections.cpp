@@ -556,9 +556,9 @@ std::string disagreement_advice(const DesignReportData& view, const StartAgreeme
 
 /// "proved within 0.8 % of the best" if a bound is that near, else "not shown to be the best".
 std::string proof_state(const DesignOutcome& outcome, const char* optimum) {
-  constexpr double max_told_gap = 0.5;
+  constexpr double max_reported_gap = 0.5;
   const double gap = outcome.gap() / std::abs(outcome.objective);
-  return outcome.within_limits && gap <= max_told_gap
+  return outcome.within_limits && gap <= max_reported_gap
              ? fmt::format("proved to be within {:.2g} % of {}", 100 * gap, optimum)
              : fmt::format("not shown to be {}", optimum);
 }

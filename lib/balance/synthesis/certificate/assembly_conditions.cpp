@@ -61,9 +61,10 @@ class ConditionLister {
       : space_(space), mechanism_(space.recording->mechanism), linkage_(linkage), box_(box) {}
 
   void add_pose(const PrescribedPose& pose) {
-    directions_.clear();
-    directions_[0] = 1;
+    known_.clear();
+    known_[0] = 1;
     find_directions(pose);
+    find_slides(pose);
     std::vector<LoopClosure> relations = linkage_.closures;
     if (relations.size() > max_combined_closures) return;
     const bool has_tool = pose.tool && linkage_.tool;
@@ -80,33 +81,59 @@ class ConditionLister {
   std::vector<LengthCondition> take() { return std::move(conditions_); }
 
  private:
+  using Coefficient = LengthPolynomial::Coefficient;
+
+  const JointOf<Expression>& joint_of(int coordinate) const {
+    const JointId joint = mechanism_.coordinates[static_cast<std::size_t>(coordinate)].joint;
+    return mechanism_.joints[static_cast<std::size_t>(joint)];
+  }
+  bool is_length(int coordinate) const {
+    return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length;
+  }
+  int direction(int body) const { return linkage_.directions[static_cast<std::size_t>(body)]; }
+  Coefficient turn(int body) const { return linkage_.turns[static_cast<std::size_t>(body)]; }
+  int slides_along(int vector) const { return linkage_.vectors[static_cast<std::size_t>(vector)].slides_along; }
+
   /// Of all bodies that driven joints connect with the ground.
   void find_directions(const PrescribedPose& pose) {
     for (bool has_found = true; has_found;) {
       has_found = false;
       for (const auto& [coordinate, value] : pose.joints) {
-        const auto& joint =
-            mechanism_
-                .joints[static_cast<std::size_t>(mechanism_.coordinates[static_cast<std::size_t>(coordinate)].joint)];
-        const auto& turn = joint.rotation;
-        if (!joint.axis[2].is_constant() || !turn(0, 0).is_constant() || !turn(1, 0).is_constant()) continue;
+        if (is_length(coordinate)) continue;
+        const auto& joint = joint_of(coordinate);
+        const auto& rotation = joint.rotation;
+        if (!joint.axis[2].is_constant() || !rotation(0, 0).is_constant() || !rotation(1, 0).is_constant()) continue;
         const double angle = joint.axis[2].value() < 0 ? -value : value;
-        const LengthPolynomial::Coefficient relative =
-            LengthPolynomial::Coefficient(elementary::cos(angle), elementary::sin(angle)) *
-            LengthPolynomial::Coefficient(turn(0, 0).value(), turn(1, 0).value());
-        const bool knows_first = directions_.count(joint.first) > 0, knows_second = directions_.count(joint.second) > 0;
+        const Coefficient relative = Coefficient(elementary::cos(angle), elementary::sin(angle)) *
+                                     Coefficient(rotation(0, 0).value(), rotation(1, 0).value()) * turn(joint.first) /
+                                     turn(joint.second);
+        const int first = direction(joint.first), second = direction(joint.second);
+        const bool knows_first = known_.count(first) > 0, knows_second = known_.count(second) > 0;
         if (knows_first == knows_second) continue;
         if (knows_first)
-          directions_[joint.second] = directions_[joint.first] * relative;
+          known_[second] = known_[first] * relative;
         else
-          directions_[joint.first] = directions_[joint.second] / relative;
+          known_[first] = known_[second] / relative;
         has_found = true;
       }
     }
   }
 
+  /// Of driven slides along known directions.
+  void find_slides(const PrescribedPose& pose) {
+    for (const auto& [coordinate, value] : pose.joints) {
+      if (!is_length(coordinate)) continue;
+      const std::string& name = joint_of(coordinate).name;
+      for (int vector = 0; vector < static_cast<int>(linkage_.vectors.size()); ++vector) {
+        const auto along = known_.find(slides_along(vector));
+        if (along != known_.end() && linkage_.vectors[static_cast<std::size_t>(vector)].name == name)
+          known_[vector] = value * along->second;
+      }
+    }
+  }
+
   void add_combination(const std::vector<LoopClosure>& relations, std::size_t code) {
-    BodySum sum;
+    VectorSum sum;
     LengthPolynomial known;
     int first = 0;
     for (const LoopClosure& relation : relations) {
@@ -119,15 +146,50 @@ class ConditionLister {
       known += relation.ground * factor;
     }
     if (first != 1) return;
-    std::vector<LengthPolynomial> links;
-    for (const auto& [body, coefficient] : sum) {
-      const auto direction = directions_.find(body);
-      if (direction != directions_.end())
-        known += coefficient * direction->second;
+    VectorSum links;
+    for (const auto& [vector, coefficient] : sum) {
+      const auto value = known_.find(vector);
+      if (value != known_.end())
+        known += coefficient * value->second;
       else if (!coefficient.is_zero())
-        links.push_back(coefficient);
+        links[vector] = coefficient;
     }
-    if (links.size() == 2) add_dyad(links[0], links[1], known);
+    add_links(links, known);
+  }
+
+  /// Two unknown vectors: links, or a link and a slide.
+  void add_links(const VectorSum& links, const LengthPolynomial& known) {
+    std::vector<int> slides;
+    for (const auto& [vector, coefficient] : links) {
+      (void)coefficient;
+      if (slides_along(vector) >= 0) slides.push_back(vector);
+    }
+    if (slides.empty() && links.size() == 2) add_dyad(links.begin()->second, links.rbegin()->second, known);
+    if (slides.size() != 1 || links.size() > 2) return;
+    const auto axis = find_polar_form(links.at(slides[0]));
+    if (!axis) return;
+    const auto along = known_.find(slides_along(slides[0]));
+    if (along == known_.end()) {
+      // (s u + h) e with an unknown direction e, and nothing else
+      const int direction = slides_along(slides[0]);
+      if (links.size() == 2 && links.count(direction) == 0) return;
+      const LengthPolynomial offset =
+          across(links.count(direction) > 0 ? links.at(direction) : LengthPolynomial(), axis->unit);
+      add((known * known.conjugate()).real() - offset * offset);
+      return;
+    }
+    if (links.size() == 1) return;
+    const int link = links.begin()->first == slides[0] ? links.rbegin()->first : links.begin()->first;
+    const auto length = positive_size(links.at(link));
+    if (!length) return;
+    const LengthPolynomial distance = across(known, axis->unit * along->second);
+    add(*length - distance);
+    add(*length + distance);
+  }
+
+  /// The component at right angles to a unit vector.
+  static LengthPolynomial across(const LengthPolynomial& p, Coefficient unit) {
+    return (p * (-imaginary_unit * std::conj(unit))).real();
   }
 
   void add_dyad(const LengthPolynomial& p, const LengthPolynomial& q, const LengthPolynomial& known) {
@@ -168,7 +230,7 @@ class ConditionLister {
   const MechanismOf<Expression>& mechanism_;
   const PlanarLinkage& linkage_;
   const LengthBox& box_;
-  std::map<int, LengthPolynomial::Coefficient> directions_;
+  std::map<int, LengthPolynomial::Coefficient> known_;  ///< values of vectors in the pose
   std::vector<LengthCondition> conditions_;
 };
 

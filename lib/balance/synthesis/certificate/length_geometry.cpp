@@ -104,9 +104,9 @@ class GeometryLister {
                                               [](const LengthCondition& condition) { return condition.is_equality; });
       if (!geometry.substitution.empty() || has_equalities) continue;
       const BoxProgram program(geometry.linkage, geometry.dual, {});
-      const std::string reason = program.lengths().empty()
-                                     ? "no length is free"
-                                     : find_disagreement(space_, geometry.linkage, program, geometry.box);
+      const std::string reason =
+          program.lengths().empty() ? "no length is free"
+                                    : find_disagreement(space_, geometry.linkage, geometry.dual, program, geometry.box);
       if (g == 0) result_.reason = reason;
       if (!reason.empty()) continue;
       result_.reason.clear();

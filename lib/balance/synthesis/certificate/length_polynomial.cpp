@@ -13,6 +13,8 @@ constexpr int max_power = 8;
 constexpr std::size_t max_terms = 400;
 /// Relative to the largest coefficient: what is left of one that cancels.
 constexpr double argument_tolerance = 1e-14;
+/// Relative to what is added up in a term.
+constexpr double remainder_tolerance = 1e-14;
 
 using Value = std::optional<LengthPolynomial>;
 
@@ -177,25 +179,30 @@ LengthPolynomial LengthPolynomial::substitute(int index, const LengthPolynomial&
 
 std::optional<LengthPolynomial> LengthPolynomial::divide(const LengthPolynomial& divisor) const {
   if (divisor.is_zero()) return {};
-  if (is_zero()) return LengthPolynomial();
-  const auto& [first, leading] = *divisor.terms_.begin();
-  LengthPolynomial quotient;
-  if (divisor.terms_.size() == 1) {
-    for (const auto& [exponents, coefficient] : terms_) {
-      Exponents difference = exponents;
-      for (std::size_t i = 0; i < first.size(); ++i) {
-        difference[i] -= first[i];
-        if (difference[i] < 0) return {};
-      }
-      quotient.add(difference, coefficient / leading);
+  const auto& [first, leading] = *divisor.terms_.rbegin();
+  std::map<Exponents, double> magnitudes;  // of what is added up in each remaining term
+  for (const auto& [exponents, coefficient] : terms_) magnitudes[exponents] = std::abs(coefficient);
+  // long division, in the lexicographic order of the terms
+  LengthPolynomial quotient, rest = *this;
+  while (!rest.is_zero()) {
+    const auto [exponents, coefficient] = *rest.terms_.rbegin();
+    rest.terms_.erase(exponents);
+    if (std::abs(coefficient) <= remainder_tolerance * magnitudes[exponents]) continue;
+    Exponents difference = exponents;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      difference[i] -= first[i];
+      if (difference[i] < 0) return {};
     }
-    return quotient;
+    const Coefficient ratio = coefficient / leading;
+    quotient.add(difference, ratio);
+    if (quotient.terms_.size() > max_terms) return {};
+    for (auto term = std::next(divisor.terms_.rbegin()); term != divisor.terms_.rend(); ++term) {
+      Exponents sum = term->first;
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += difference[i];
+      rest.add(sum, -term->second * ratio);
+      magnitudes[sum] += std::abs(term->second * ratio);
+    }
   }
-  if (divisor.terms_.size() != terms_.size()) return {};
-  const Coefficient ratio = terms_.begin()->second / leading;
-  for (auto mine = terms_.begin(), its = divisor.terms_.begin(); mine != terms_.end(); ++mine, ++its)
-    if (mine->first != its->first || mine->second != its->second * ratio) return {};
-  quotient.add(Exponents(first.size(), 0), ratio);
   return quotient;
 }
 

@@ -38,8 +38,7 @@ class LengthPolynomial {
   LengthPolynomial derivative(int index) const;
   Coefficient evaluate(const VectorX& lengths) const;
   LengthPolynomial substitute(int index, const LengthPolynomial& value) const;
-  /// The quotient by a monomial, or by a polynomial that this one is a constant multiple of; none if it is not a
-  /// polynomial, or not recognised as one.
+  /// The quotient; none if it is not a polynomial. Remainders by round-off are ignored.
   std::optional<LengthPolynomial> divide(const LengthPolynomial& divisor) const;
 
  private:

@@ -5,6 +5,8 @@
 #include "balance/foundation/numerics/linear_program.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 
+#include <Eigen/SVD>
+
 #include <cmath>
 #include <random>
 
@@ -13,6 +15,8 @@ namespace {
 
 /// Relative: both are solved to about 1e-10.
 constexpr double agreement_tolerance = 1e-9;
+/// Of the conditions' rows with length 1: the library's accuracy, with a margin.
+constexpr double rank_tolerance = 1e-8, row_tolerance = 1e-7;
 constexpr int compared_lengths = 3;
 constexpr int max_trials = 60;
 
@@ -22,20 +26,40 @@ std::vector<Goal> force_goals(const DesignSpace& space) {
   return {Goal{GoalKind::statics}};
 }
 
-/// @param mechanism its counterweights are at their first corners
+/// @param turn of its body, PlanarLinkage::turns
+/// @param place first corner
 Vector3 corner_place(const FreeCounterweight& counterweight, std::size_t corner, const VectorX& x,
-                     const Mechanism& mechanism) {
-  Vector3 place = mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)].position;
+                     LengthPolynomial::Coefficient turn, Vector3 place) {
   // corners are measured from the tree joint; differences are the same from the body's origin
-  const auto shift = counterweight.corners[corner].evaluate(x) - counterweight.corners[0].evaluate(x);
+  const auto shift = (counterweight.corners[corner].evaluate(x) - counterweight.corners[0].evaluate(x)) / turn;
   place[0] += shift.real();
   place[1] += shift.imag();
   return place;
 }
 
-}  // namespace
+/// The conditions of the library at given lengths, for masses at the corners of the counterweights' places.
+struct CornerConditions {
+  MatrixX matrix;                   ///< conditions × corners
+  VectorX right;                    ///< matrix · masses = right
+  std::vector<std::size_t> owners;  ///< per corner: its counterweight
+};
 
-std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLinkage& linkage, const VectorX& x) {
+void load(const FreeCounterweight& counterweight, std::size_t corner, const VectorX& x,
+          LengthPolynomial::Coefficient turn, Mechanism& mechanism) {
+  if (counterweight.disc >= 0) {
+    Disc& disc = mechanism.discs[static_cast<std::size_t>(counterweight.disc)];
+    disc.mass = 1;
+    disc.position = corner_place(counterweight, corner, x, turn, disc.position);
+  } else {
+    Attachment& attachment = mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)];
+    attachment.mass = 1;
+    attachment.position = corner_place(counterweight, corner, x, turn, attachment.position);
+  }
+}
+
+/// @return none if the mechanism cannot be assembled or its conditions are not clear
+std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& space, const PlanarLinkage& linkage,
+                                                         const VectorX& x) {
   VectorX numbers = x;
   for (const FreeCounterweight& counterweight : linkage.counterweights) {
     if (counterweight.mass_number >= 0) numbers[counterweight.mass_number] = 0;
@@ -45,38 +69,48 @@ std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLin
   const DesignInstance instance = space.instantiate(numbers);
   if (!instance.mode_issue.empty()) return {};
   Mechanism mechanism = instance.mechanism;
-  for (const FreeCounterweight& counterweight : linkage.counterweights)
-    mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)].mass = 0;
+  for (const FreeCounterweight& counterweight : linkage.counterweights) {
+    if (counterweight.disc >= 0)
+      mechanism.discs[static_cast<std::size_t>(counterweight.disc)].mass = 0;
+    else
+      mechanism.attachments[static_cast<std::size_t>(counterweight.attachment)].mass = 0;
+  }
   const Conditions conditions = derive_conditions(mechanism, force_goals(space));
   if (conditions.status != ConditionsStatus::done || conditions.known_term_values.size() > 0) return {};
   const VectorX base = term_values(mechanism);
+  CornerConditions result;
   std::vector<VectorX> columns;
-  std::vector<std::size_t> owners;
   for (std::size_t i = 0; i < linkage.counterweights.size(); ++i) {
     const FreeCounterweight& counterweight = linkage.counterweights[i];
+    const auto turn = linkage.turns[static_cast<std::size_t>(counterweight.body)];
     for (std::size_t corner = 0; corner < counterweight.corners.size(); ++corner) {
       Mechanism loaded = mechanism;
-      Attachment& attachment = loaded.attachments[static_cast<std::size_t>(counterweight.attachment)];
-      attachment.mass = 1;
-      attachment.position = corner_place(counterweight, corner, x, mechanism);
+      load(counterweight, corner, x, turn, loaded);
       columns.push_back(conditions.matrix * (term_values(loaded) - base));
-      owners.push_back(i);
+      result.owners.push_back(i);
     }
   }
-  LinearProgram program(static_cast<Eigen::Index>(columns.size()));
+  result.right = -(conditions.matrix * base);
+  result.matrix.resize(conditions.matrix.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) result.matrix.col(static_cast<Eigen::Index>(c)) = columns[c];
+  return result;
+}
+
+std::optional<double> find_min_mass(const CornerConditions& conditions, const PlanarLinkage& linkage,
+                                    const VectorX& x) {
+  const Eigen::Index corners = conditions.matrix.cols();
+  LinearProgram program(corners);
   program.lower.setZero();
   program.cost.setOnes();
-  const VectorX right = -(conditions.matrix * base);
   for (Eigen::Index r = 0; r < conditions.matrix.rows(); ++r) {
-    VectorX row(static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t c = 0; c < columns.size(); ++c) row[static_cast<Eigen::Index>(c)] = columns[c][r];
-    const double scale = std::max(max_abs(row), std::abs(right[r]));
+    const VectorX row = conditions.matrix.row(r).transpose();
+    const double scale = std::max(max_abs(row), std::abs(conditions.right[r]));
     if (scale == 0) continue;
-    program.add_row(right[r] / scale, row / scale, right[r] / scale);
+    program.add_row(conditions.right[r] / scale, row / scale, conditions.right[r] / scale);
   }
   for (std::size_t i = 0; i < linkage.counterweights.size(); ++i) {
-    VectorX row(static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t c = 0; c < columns.size(); ++c) row[static_cast<Eigen::Index>(c)] = owners[c] == i ? 1 : 0;
+    VectorX row(corners);
+    for (Eigen::Index c = 0; c < corners; ++c) row[c] = conditions.owners[static_cast<std::size_t>(c)] == i ? 1 : 0;
     program.add_row(linkage.counterweights[i].lower, row, linkage.counterweights[i].upper);
   }
   const LinearProgramSolution solution = solve_linear_program(program);
@@ -85,8 +119,48 @@ std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLin
   return solution.x.sum() + linkage.fixed_size.evaluate(x).real();
 }
 
-std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& linkage, const BoxProgram& program,
-                              const LengthBox& box) {
+/// Orthonormal basis of the rows, which are made comparable first.
+MatrixX row_basis(MatrixX rows) {
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    const double size = rows.row(r).norm();
+    if (size > 0) rows.row(r) /= size;
+  }
+  const Eigen::JacobiSVD<MatrixX> svd(rows, Eigen::ComputeThinV);
+  const VectorX& values = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < values.size() && values[rank] > rank_tolerance * values[0]) ++rank;
+  return svd.matrixV().leftCols(rank).transpose();
+}
+
+/// Whether the virtual heights of corners and fixed masses, per unknown, are combinations of the library's conditions
+/// and conversely.
+bool has_same_rows(const CornerConditions& conditions, const VirtualLinkage& dual, const VectorX& x) {
+  const Eigen::Index corners = conditions.matrix.cols();
+  MatrixX own(dual.unknowns, corners + 1), derived(conditions.matrix.rows(), corners + 1);
+  const auto set_column = [&](Eigen::Index column, const VirtualHeight& height) {
+    for (Eigen::Index j = 0; j < dual.unknowns; ++j)
+      own(j, column) =
+          height.coefficients[static_cast<std::size_t>(j)].evaluate(x).real() / height.scale.evaluate(x).real();
+  };
+  Eigen::Index column = 0;
+  for (const auto& counterweight : dual.corners)
+    for (const VirtualHeight& corner : counterweight) set_column(column++, corner);
+  set_column(corners, dual.fixed_masses);
+  derived << conditions.matrix, -conditions.right;
+  const MatrixX a = row_basis(own), b = row_basis(derived);
+  if (a.rows() != b.rows()) return false;
+  return a.rows() == 0 || (a - (a * b.transpose()) * b).norm() <= row_tolerance;
+}
+
+}  // namespace
+
+std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLinkage& linkage, const VectorX& x) {
+  const std::optional<CornerConditions> conditions = derive_corner_conditions(space, linkage, x);
+  return conditions ? find_min_mass(*conditions, linkage, x) : std::nullopt;
+}
+
+std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& linkage, const VirtualLinkage& dual,
+                              const BoxProgram& program, const LengthBox& box) {
   double most = 0;
   for (const FreeCounterweight& counterweight : linkage.counterweights) most += counterweight.upper;
   std::mt19937_64 random(1);
@@ -100,9 +174,11 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
       const double near = trial < max_trials / 2 ? 1 : 0.1;
       x[length] += near * (box.lower[length] + part * (box.upper[length] - box.lower[length]) - x[length]);
     }
+    std::optional<CornerConditions> conditions;
     std::optional<double> own;
     try {
-      own = compute_min_mass(space, linkage, x);
+      conditions = derive_corner_conditions(space, linkage, x);
+      if (conditions) own = find_min_mass(*conditions, linkage, x);
     } catch (const SpecError&) {
     }
     if (!own) continue;
@@ -111,7 +187,8 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     const double fixed = linkage.fixed_size.evaluate(x).real();
     const bool agrees =
         std::isinf(*own) ? bound > fixed + most : std::abs(bound - *own) <= agreement_tolerance * (1 + std::abs(*own));
-    if (!agrees) return "its conditions at random lengths are not those of its closures";
+    if (!agrees || !has_same_rows(*conditions, dual, x))
+      return "its conditions at random lengths are not those of its closures";
   }
   return compared == compared_lengths ? std::string()
                                       : "it could not be assembled with other lengths, for a comparison";

@@ -12,9 +12,9 @@ namespace balance::certificate {
 /// @return infinite if nothing balances; none if the mechanism cannot be assembled or its conditions are not clear
 std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLinkage& linkage, const VectorX& x);
 
-/// Compares the program of a point with compute_min_mass at random lengths.
+/// Compares the program of a point with compute_min_mass at random lengths, and the conditions themselves.
 /// @return why the polynomials cannot be trusted; empty if they agree
-std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& linkage, const BoxProgram& program,
-                              const LengthBox& box);
+std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& linkage, const VirtualLinkage& dual,
+                              const BoxProgram& program, const LengthBox& box);
 
 }  // namespace balance::certificate

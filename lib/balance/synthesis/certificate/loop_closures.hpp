@@ -1,14 +1,21 @@
 #pragma once
-/// A planar linkage of revolute joints as polynomials of its free lengths: a spanning tree, the closures of its loops,
-/// and the masses that it carries.
+/// A planar linkage as polynomials of its free lengths: a spanning tree, the closures of its loops, and the masses that
+/// it carries.
 ///
-/// Body k has the unit complex number e_k as its direction. Along a spanning tree from the ground, the joint that
-/// carries body k is at
+/// Its motion is that of complex vectors z_k. Bodies that revolute joints and pins in slots connect have directions, unit
+/// complex numbers; prismatic and fixed joints give bodies the same direction up to a constant factor. A slide s along a
+/// direction e adds the vector s e, along the ground the real number s. Along a spanning tree from the ground, the joint
+/// that carries body k is at
 ///
-///     p_k = Σ_i R_ki e_i + constant,
+///     p_k = Σ_i R_ki z_i + constant,
 ///
 /// where R_ki are complex numbers that depend on the lengths, and every joint that closes loop j requires
-/// Σ_k L_jk e_k + constant = 0. Places on a body are measured from the joint that carries it.
+/// Σ_k L_jk z_k + constant = 0. Places on a body are measured from the joint that carries it, along the direction that
+/// it shares with others.
+///
+/// The conjugate of a closure is a relation of the conjugate vectors, of which only the ground's slides are vectors
+/// themselves. So where only slides of the ground are left in a closure, or in a combination of two, its real and its
+/// imaginary part are two closures; likewise where only one direction and its slides are left, divided by the direction.
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/certificate/length_polynomial.hpp"
@@ -21,26 +28,38 @@
 
 namespace balance::certificate {
 
-/// Σ_k coefficient_k e_k; absent bodies have coefficient 0.
-using BodySum = std::map<int, LengthPolynomial>;
-BodySum operator+(BodySum a, const BodySum& b);
-BodySum operator*(const BodySum& sum, const LengthPolynomial& factor);
+/// A function of time with complex values.
+struct MovingVector {
+  std::string name;       ///< of a body with this direction, or of the joint that slides
+  int slides_along = -1;  ///< direction of a slide, 0: the ground's; −1: this is a direction itself
+};
+
+/// Σ_k coefficient_k z_k; absent vectors have coefficient 0, and vector 0 is 1: the ground's direction.
+using VectorSum = std::map<int, LengthPolynomial>;
+VectorSum operator+(VectorSum a, const VectorSum& b);
+VectorSum operator*(const VectorSum& sum, const LengthPolynomial& factor);
 
 struct LoopClosure {
-  BodySum links;            ///< L_jk
+  VectorSum links;          ///< L_jk
   LengthPolynomial ground;  ///< the constant: a vector of the ground
+};
+
+struct OppositeDirection {
+  int other = 0;  ///< into PlanarLinkage::vectors
+  LengthPolynomial::Coefficient factor = 1;
 };
 
 /// A mass whose place and value follow the lengths.
 struct CarriedMass {
   int body = 0;
-  LengthPolynomial place;  ///< from the body's tree joint, body axes [m]
+  LengthPolynomial place;  ///< from the body's tree joint, along the body's direction vector [m]
   LengthPolynomial mass;   ///< [kg]
 };
 
-/// A counterweight whose mass lies between bounds, at a point of a box (or an interval, or a fixed point).
+/// A counterweight or disc whose mass lies between bounds, at a point of a box (or an interval, or a fixed point).
 struct FreeCounterweight {
-  int attachment = 0;  ///< into Mechanism::attachments
+  int attachment = -1;  ///< into Mechanism::attachments; −1: it is a disc
+  int disc = -1;        ///< into Mechanism::discs
   std::string name;
   int body = 0;
   std::vector<LengthPolynomial> corners;     ///< of its box, from the body's tree joint [m]
@@ -51,13 +70,23 @@ struct FreeCounterweight {
 
 struct PlanarLinkage {
   int variables = 0;  ///< of all polynomials: the study's free numbers
-  std::vector<std::string> body_names;
-  std::vector<BodySum> tree_joints;                         ///< per body: R_k
-  std::vector<std::vector<LengthPolynomial>> joint_places;  ///< per body: places of its other joints
-  std::vector<std::array<int, 2>> joints;                   ///< the two bodies of each
-  std::vector<LoopClosure> closures;
+  std::vector<MovingVector> vectors;
+  std::vector<int> directions;                              ///< per body: into vectors
+  std::vector<LengthPolynomial::Coefficient> turns;         ///< per body: its x axis, divided by its direction vector
+  std::vector<VectorSum> tree_joints;                       ///< per body: R_k and the constant
+  std::vector<std::vector<LengthPolynomial>> joint_places;  ///< per vector: places of its bodies' other joints
+  std::vector<std::array<int, 2>> joints;                   ///< the two directions of each joint that lets them turn
+  int loops = 0;                                            ///< of the mechanism
+  bool has_gears = false;
+  std::vector<LoopClosure> closures;  ///< at least one per loop
+  /// Directions that gears turn against others: z_k = factor · conjugate of the other. Only where statics count.
+  std::map<int, OppositeDirection> opposites;
+  std::vector<LengthPolynomial> divisors;  ///< must not vanish, for the closures to be equivalent to the loops
+  /// Of gravity, a unit complex number, if only statics are to be balanced: forces of the ground's slides count along it
+  /// alone.
+  std::optional<LengthPolynomial::Coefficient> gravity_direction;
   std::optional<LoopClosure> tool;  ///< position of the tool point, with the ground's constant
-  std::vector<CarriedMass> masses;  ///< of bodies, payloads and fixed counterweights
+  std::vector<CarriedMass> masses;  ///< of bodies, payloads, and of discs and counterweights with fixed masses
   std::vector<FreeCounterweight> counterweights;
   std::vector<int> sized_places;  ///< free numbers that are coordinates of counterweights, with sizes
   LengthPolynomial fixed_size;    ///< what the objective counts besides the free counterweights [kg]

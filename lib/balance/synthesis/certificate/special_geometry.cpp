@@ -15,7 +15,7 @@ constexpr std::size_t max_parallelograms = 3;
 struct FourLinkLoop {
   std::vector<int> combination;             ///< per closure: −1, 0, 1
   std::array<std::array<int, 2>, 2> pairs;  ///< opposite links
-  BodySum sides;                            ///< with the ground's
+  VectorSum sides;                          ///< with the ground's
 };
 
 LengthPolynomial squared(const LengthPolynomial& p) { return (p * p.conjugate()).real(); }
@@ -59,9 +59,9 @@ class GeometryFinder {
 
   std::string loop_name(const FourLinkLoop& loop) const {
     std::string name;
-    for (const auto& [body, side] : loop.sides) {
+    for (const auto& [vector, side] : loop.sides) {
       (void)side;
-      name += (name.empty() ? "" : "–") + linkage_.body_names[static_cast<std::size_t>(body)];
+      name += (name.empty() ? "" : "–") + linkage_.vectors[static_cast<std::size_t>(vector)].name;
     }
     return name;
   }
@@ -94,13 +94,16 @@ class GeometryFinder {
     if (!ground.is_zero()) loop.sides[0] = ground;
     for (auto side = loop.sides.begin(); side != loop.sides.end();)
       side = side->second.is_zero() ? loop.sides.erase(side) : std::next(side);
-    if (loop.sides.size() != 4) return;
+    const auto is_slide = [&](const auto& side) { return slides_along(side.first) >= 0; };
+    if (loop.sides.size() != 4 || std::any_of(loop.sides.begin(), loop.sides.end(), is_slide)) return;
     if (!find_opposite_links(loop)) {
       note("special geometries of " + loop_name(loop));
       return;
     }
     loops_.push_back(std::move(loop));
   }
+
+  int slides_along(int vector) const { return linkage_.vectors[static_cast<std::size_t>(vector)].slides_along; }
 
   bool are_joined(int a, int b) const {
     return std::any_of(linkage_.joints.begin(), linkage_.joints.end(), [&](const std::array<int, 2>& joint) {
@@ -110,9 +113,9 @@ class GeometryFinder {
 
   bool find_opposite_links(FourLinkLoop& loop) const {
     std::vector<int> links;
-    for (const auto& [body, side] : loop.sides) {
+    for (const auto& [vector, side] : loop.sides) {
       (void)side;
-      links.push_back(body);
+      links.push_back(vector);
     }
     std::vector<std::array<int, 2>> apart;
     for (std::size_t a = 0; a < 4; ++a)
@@ -250,12 +253,20 @@ class GeometryFinder {
   }
 
   void note_other_geometries() {
-    if (linkage_.closures.size() > 1) note("special geometries of several loops together");
-    for (const LoopClosure& closure : linkage_.closures)
-      if (may_be_zero(squared(closure.ground), box_) && linkage_.closures.size() == 1)
-        note("joints of the ground that coincide");
-    if (linkage_.closures.size() == 1 && linkage_.closures[0].links.size() > 4)
-      note("special geometries of a loop of more than five links");
+    const bool has_slides = std::any_of(linkage_.vectors.begin(), linkage_.vectors.end(),
+                                        [](const MovingVector& vector) { return vector.slides_along >= 0; });
+    if (linkage_.has_gears && linkage_.loops > 0) note("special geometries of loops with gears");
+    if (linkage_.loops > 1 && !turns_one_link()) note("special geometries of several loops together");
+    if (linkage_.loops == 1 && linkage_.closures.size() == 1) {
+      const LoopClosure& closure = linkage_.closures[0];
+      if (has_slides)
+        note_slide_geometries(closure);
+      else if (closure.links.size() > 4)
+        note("special geometries of a loop of more than five links");
+      const bool has_ground_slide = std::any_of(closure.links.begin(), closure.links.end(),
+                                                [&](const auto& link) { return slides_along(link.first) == 0; });
+      if (!has_ground_slide && may_be_zero(squared(closure.ground), box_)) note("joints of the ground that coincide");
+    }
     for (const FourLinkLoop& loop : loops_) {
       const int a = loop.pairs[0][0], b = loop.pairs[1][0], c = loop.pairs[0][1], d = loop.pairs[1][1];
       for (const auto& [p, q, r, s] : {std::array<int, 4>{a, b, c, d}, std::array<int, 4>{b, c, d, a}})
@@ -263,6 +274,68 @@ class GeometryFinder {
             may_be_equal(loop.sides.at(r), loop.sides.at(s), box_))
           note(loop_name(loop) + " folded to a kite of which two links turn as one");
     }
+  }
+
+  /// All vectors are linear in the direction of one link, its conjugate, and 1, whatever the lengths are.
+  bool turns_one_link() const {
+    std::set<int> turning;
+    for (const LoopClosure& closure : linkage_.closures)
+      for (const auto& [vector, coefficient] : closure.links) {
+        (void)coefficient;
+        if (slides_along(vector) != 0) turning.insert(vector);
+      }
+    return turning.size() == 1 && slides_along(*turning.begin()) < 0;
+  }
+
+  /// Of the only loop.
+  void note_slide_geometries(const LoopClosure& closure) {
+    std::vector<int> links, ground_slides, other_slides;
+    for (const auto& [vector, coefficient] : closure.links) {
+      (void)coefficient;
+      (slides_along(vector) < 0 ? links : slides_along(vector) == 0 ? ground_slides : other_slides).push_back(vector);
+    }
+    const auto across = [&](const LengthPolynomial& p, int slide) {
+      const auto axis = find_polar_form(closure.links.at(slide));
+      return axis ? (p * (-imaginary_unit * std::conj(axis->unit))).real() : LengthPolynomial();
+    };
+    const auto side = [&](int vector) {
+      const auto found = closure.links.find(vector);
+      return found == closure.links.end() ? LengthPolynomial() : found->second;
+    };
+    const auto name = [&](int vector) { return linkage_.vectors[static_cast<std::size_t>(vector)].name; };
+    if (ground_slides.size() == 1 && other_slides.empty()) {
+      const bool is_crank = links.size() == 2;
+      if (!is_crank && links.size() != 3) return note("special geometries of its loop");
+      if (is_crank && may_be_equal(side(links[0]), side(links[1]), box_) &&
+          may_be_zero(across(closure.ground, ground_slides[0]), box_))
+        note(name(links[0]) + " and " + name(links[1]) + " of one length, in line with " + name(ground_slides[0]));
+      return;
+    }
+    if (ground_slides.size() == 2 && other_slides.empty()) {
+      // both slides follow from any directions of the links
+      if (may_be_zero(across(side(ground_slides[1]), ground_slides[0]), box_))
+        note(name(ground_slides[0]) + " and " + name(ground_slides[1]) + " parallel");
+      return;
+    }
+    if (other_slides.size() == 1) {
+      const int slide = other_slides[0], lever = slides_along(slide);
+      std::vector<int> turning = links;
+      if (std::find(turning.begin(), turning.end(), lever) == turning.end()) turning.push_back(lever);
+      if (ground_slides.empty() && turning.size() == 2) {
+        const int crank = turning[0] == lever ? turning[1] : turning[0];
+        if (may_be_equal(side(crank), closure.ground, box_) && may_be_zero(across(side(lever), slide), box_))
+          note("the slide " + name(slide) + " through the bearing of " + name(lever));
+        return;
+      }
+      if (ground_slides.empty() && turning.size() == 3) return;
+      if (ground_slides.size() == 1 && turning.size() == 1) {
+        if (may_be_zero(across(closure.ground, ground_slides[0]), box_) &&
+            may_be_zero(across(side(lever), slide), box_))
+          note("the slide " + name(slide) + " through the bearing of " + name(lever));
+        return;
+      }
+    }
+    note("special geometries of its loop");
   }
 
   const PlanarLinkage& linkage_;

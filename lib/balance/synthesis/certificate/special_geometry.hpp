@@ -6,6 +6,15 @@
 /// closure) holds on an arc only if P₁ = 0, K ≠ 0, or K = 0. In the first case the coupler keeps its direction: the
 /// linkage is a parallelogram, its closure splits into one for the coupler and one for crank and rocker, and both are
 /// weaker conditions. In the second case crank and coupler turn as one body about a rocker at rest: a kite, folded.
+///
+/// A slider-crank (e₁, e₂ and the ground's slide s): the same with s eliminated. P₁ = 0 or P₂ = 0 holds a link still, and
+/// K = 0 turns crank and rod as one, which takes equal lengths in line with the slide. With these lengths the other way
+/// to move has e₂ = ē₁, which statics along the slide can use. Statics ask whether Re(P₁ e₁ + P₂ e₂) is constant where
+/// Im(L₁ e₁ + L₂ e₂) is; both are Laurent polynomials of the same terms, and the second has no factors but with equal
+/// lengths in line. A slide along a rotating lever (e₁, e₂, s e₂): s e₂ eliminated, P₁ e₁ + P₂ e₂ = K would hold one of
+/// them still, or turn both as one, which takes coinciding bearings, or a slide through the lever's bearing that the
+/// crank's pin reaches. With a further link, the surface of possible directions is irreducible, and no such relation
+/// contains it. Two slides of the ground follow from any directions of the links by linear equations.
 
 #include "balance/synthesis/certificate/assembly_conditions.hpp"
 #include "balance/synthesis/certificate/loop_closures.hpp"

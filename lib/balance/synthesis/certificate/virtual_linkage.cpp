@@ -6,38 +6,53 @@
 namespace balance::certificate {
 namespace {
 
+/// Σ_j coefficient_j ω_j over the real unknowns ω.
+using UnknownSum = std::map<int, LengthPolynomial>;
+
+void add(UnknownSum& sum, const UnknownSum& other, const LengthPolynomial& factor) {
+  for (const auto& [unknown, coefficient] : other) sum[unknown] += coefficient * factor;
+}
+
 class VirtualLinkageBuilder {
  public:
   VirtualLinkageBuilder(const PlanarLinkage& linkage, const VectorX& lengths)
-      : linkage_(linkage), lengths_(lengths), bodies_(linkage.body_names.size()) {}
+      : linkage_(linkage), lengths_(lengths), vectors_(linkage.vectors.size()) {}
 
   VirtualLinkageResult build() {
     if (!choose_pivots()) return {{}, "a loop has no link of its own to be solved for"};
     choose_scales();
-    if (!solve_closures()) return {{}, "the closures cannot be scaled by the links' lengths"};
+    introduce_unknowns();
+    solve_closures();
     VirtualLinkage result;
-    for (std::size_t k = 1; k < bodies_; ++k)
-      if (pivot_closure_[k] < 0) unknown_bodies_.push_back(static_cast<int>(k));
-    result.unknowns = 2 * static_cast<int>(unknown_bodies_.size());
+    result.unknowns = unknowns_;
     for (const FreeCounterweight& counterweight : linkage_.counterweights) {
       auto& corners = result.corners.emplace_back();
       for (const LengthPolynomial& corner : counterweight.corners)
         corners.push_back(scale_height(position(counterweight.body, corner)));
     }
-    BodySum moments;
+    VectorSum moments;
     for (const CarriedMass& carried : linkage_.masses)
       moments = moments + position(carried.body, carried.place) * carried.mass;
     result.fixed_masses = scale_height(moments);
     result.fixed_size = linkage_.fixed_size.real() * result.fixed_masses.scale;
-    for (std::size_t k = 1; k < bodies_; ++k) result.positive.push_back(scales_[k]);
+    for (std::size_t k = 1; k < vectors_; ++k) result.positive.push_back(scales_[k]);
+    for (const LengthPolynomial& divisor : linkage_.divisors) {
+      const auto form = positive_polar_form(divisor);
+      if (!form) return {{}, "its loops cannot be told apart"};
+      result.positive.push_back(form->size);
+    }
     return {std::move(result), {}};
   }
 
  private:
-  LengthPolynomial one() const { return LengthPolynomial::constant(linkage_.variables, 1); }
+  LengthPolynomial constant(LengthPolynomial::Coefficient value) const {
+    return LengthPolynomial::constant(linkage_.variables, value);
+  }
+  LengthPolynomial one() const { return constant(1); }
 
-  BodySum position(int body, const LengthPolynomial& place) const {
-    return linkage_.tree_joints[static_cast<std::size_t>(body)] + BodySum{{body, place}};
+  VectorSum position(int body, const LengthPolynomial& place) const {
+    const auto k = static_cast<std::size_t>(body);
+    return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}};
   }
 
   /// With a size that is positive at the given lengths.
@@ -50,91 +65,154 @@ class VirtualLinkageBuilder {
     return form;
   }
 
-  /// Every closure is solved for a link that no other closure has.
+  /// Its unknown is a multiple of one number: statics alone ask nothing of a force across gravity.
+  bool is_half(int vector) const {
+    return linkage_.gravity_direction && linkage_.vectors[static_cast<std::size_t>(vector)].slides_along == 0;
+  }
+
+  bool is_opposite(int vector) const {
+    return std::any_of(linkage_.opposites.begin(), linkage_.opposites.end(), [vector](const auto& opposite) {
+      return opposite.first == vector || opposite.second.other == vector;
+    });
+  }
+
+  /// A closure of a half unknown must be real.
+  bool can_be_pivot(int vector, const LoopClosure& closure) const {
+    if (is_opposite(vector)) return false;
+    const auto is_real_half = [&](const auto& link) {
+      return is_half(link.first) && (link.second - link.second.real()).is_zero();
+    };
+    return !is_half(vector) || std::all_of(closure.links.begin(), closure.links.end(), is_real_half);
+  }
+
+  /// Every closure is solved for a vector that no other closure has, or none of those that are solved before it.
   bool choose_pivots() {
-    pivot_closure_.assign(bodies_, -1);
-    pivot_forms_.resize(linkage_.closures.size());
-    pivots_.assign(linkage_.closures.size(), -1);
-    for (std::size_t j = 0; j < linkage_.closures.size(); ++j) {
-      std::tuple<bool, int, int> best_key;
-      for (const auto& [body, coefficient] : linkage_.closures[j].links) {
-        const auto form = positive_polar_form(coefficient);
-        const auto has_body = [body = body](const LoopClosure& c) { return c.links.count(body) > 0; };
-        if (!form || std::count_if(linkage_.closures.begin(), linkage_.closures.end(), has_body) != 1) continue;
-        // a link between two joints; far from the ground, so that its own rows are the long ones
-        const auto k = static_cast<std::size_t>(body);
-        const std::tuple<bool, int, int> key{linkage_.joint_places[k].size() != 1,
-                                             -static_cast<int>(linkage_.tree_joints[k].size()), body};
-        if (pivots_[j] >= 0 && !(key < best_key)) continue;
-        best_key = key;
-        pivots_[j] = body;
-        pivot_forms_[j] = *form;
+    const std::size_t count = linkage_.closures.size();
+    pivot_forms_.resize(count);
+    pivots_.assign(count, -1);
+    std::vector<bool> is_remaining(count, true);
+    for (bool is_first = true; order_.size() < count; is_first = false) {
+      const std::size_t before = order_.size();
+      const std::vector<bool> others = is_remaining;
+      for (std::size_t j = 0; j < count; ++j) {
+        if (!is_remaining[j] || !choose_pivot(j, is_first ? others : is_remaining)) continue;
+        order_.push_back(j);
+        is_remaining[j] = false;
       }
-      if (pivots_[j] < 0) return false;
-      pivot_closure_[static_cast<std::size_t>(pivots_[j])] = static_cast<int>(j);
+      if (!is_first && order_.size() == before) return false;
     }
+    std::reverse(order_.begin(), order_.end());
     return true;
+  }
+
+  bool choose_pivot(std::size_t j, const std::vector<bool>& others) {
+    std::tuple<bool, int, int> best_key;
+    for (const auto& [vector, coefficient] : linkage_.closures[j].links) {
+      const auto form = positive_polar_form(coefficient);
+      if (!form || !can_be_pivot(vector, linkage_.closures[j])) continue;
+      bool is_shared = false;
+      for (std::size_t other = 0; other < others.size(); ++other)
+        is_shared = is_shared || (other != j && others[other] && linkage_.closures[other].links.count(vector) > 0);
+      if (is_shared) continue;
+      const std::tuple<bool, int, int> key = pivot_key(vector);
+      if (pivots_[j] >= 0 && !(key < best_key)) continue;
+      best_key = key;
+      pivots_[j] = vector;
+      pivot_forms_[j] = *form;
+    }
+    return pivots_[j] >= 0;
+  }
+
+  /// A link between two joints; far from the ground, so that its own rows are the long ones; slides last.
+  std::tuple<bool, int, int> pivot_key(int vector) const {
+    const auto k = static_cast<std::size_t>(vector);
+    if (linkage_.vectors[k].slides_along >= 0) return {true, 1, vector};
+    const auto body = std::find(linkage_.directions.begin(), linkage_.directions.end(), vector);
+    const VectorSum& joint = linkage_.tree_joints[static_cast<std::size_t>(body - linkage_.directions.begin())];
+    return {linkage_.joint_places[k].size() != 1, -static_cast<int>(joint.size() - joint.count(0)), vector};
   }
 
   void choose_scales() {
-    scales_.assign(bodies_, one());
-    for (std::size_t k = 1; k < bodies_; ++k) {
-      if (pivot_closure_[k] >= 0) {
-        scales_[k] = pivot_forms_[static_cast<std::size_t>(pivot_closure_[k])].size;
-      } else if (linkage_.joint_places[k].size() == 1) {
+    scales_.assign(vectors_, one());
+    for (std::size_t k = 1; k < vectors_; ++k)
+      if (linkage_.joint_places[k].size() == 1) {
         const auto form = positive_polar_form(linkage_.joint_places[k].front());
         if (form && !form->size.constant_value()) scales_[k] = form->size;
       }
+    for (std::size_t j = 0; j < pivots_.size(); ++j)
+      scales_[static_cast<std::size_t>(pivots_[j])] = pivot_forms_[j].size;
+  }
+
+  void introduce_unknowns() {
+    solutions_.resize(vectors_);
+    for (int k = 1; k < static_cast<int>(vectors_); ++k) {
+      if (std::find(pivots_.begin(), pivots_.end(), k) != pivots_.end() || linkage_.opposites.count(k) > 0) continue;
+      UnknownSum& own = solutions_[static_cast<std::size_t>(k)];
+      if (is_half(k)) {
+        own[unknowns_++] = constant(std::conj(*linkage_.gravity_direction));
+        continue;
+      }
+      own[unknowns_++] = one();
+      own[unknowns_++] = constant(imaginary_unit);
+    }
+    // the height of a mass on one is that of the other's conjugate, seen along gravity
+    for (const auto& [vector, opposite] : linkage_.opposites) {
+      const auto g = std::conj(*linkage_.gravity_direction);
+      scales_[static_cast<std::size_t>(vector)] = scales_[static_cast<std::size_t>(opposite.other)];
+      for (const auto& [unknown, coefficient] : solutions_[static_cast<std::size_t>(opposite.other)])
+        solutions_[static_cast<std::size_t>(vector)][unknown] = coefficient.conjugate() * (opposite.factor * g * g);
     }
   }
 
-  /// w of a pivot as a sum of the unknowns: −Σ L_k η_k / unit over the others.
-  bool solve_closures() {
-    solutions_.resize(bodies_);
-    for (std::size_t k = 1; k < bodies_; ++k) solutions_[k] = BodySum{{static_cast<int>(k), one()}};
-    for (std::size_t j = 0; j < linkage_.closures.size(); ++j) {
-      BodySum solution;
-      for (const auto& [body, coefficient] : linkage_.closures[j].links) {
-        if (body == pivots_[j]) continue;
-        const auto quotient = coefficient.divide(scales_[static_cast<std::size_t>(body)]);
-        if (!quotient) return false;
-        solution[body] = *quotient * (-std::conj(pivot_forms_[j].unit));
+  /// w of a pivot as a sum of the unknowns: −Σ L_k η_k / unit over the others, times their scales.
+  void solve_closures() {
+    for (const std::size_t j : order_) {
+      const VectorSum& links = linkage_.closures[j].links;
+      LengthPolynomial factor = one();
+      for (const auto& [vector, coefficient] : links) {
+        const LengthPolynomial& scale = scales_[static_cast<std::size_t>(vector)];
+        if (vector != pivots_[j] && !(coefficient * factor).divide(scale)) factor = factor * scale;
       }
-      solutions_[static_cast<std::size_t>(pivots_[j])] = std::move(solution);
+      const auto pivot = static_cast<std::size_t>(pivots_[j]);
+      for (const auto& [vector, coefficient] : links) {
+        if (vector == pivots_[j]) continue;
+        const auto k = static_cast<std::size_t>(vector);
+        const LengthPolynomial quotient = *(coefficient * factor).divide(scales_[k]);
+        add(solutions_[pivot], solutions_[k], quotient * (-std::conj(pivot_forms_[j].unit)));
+      }
+      scales_[pivot] = scales_[pivot] * factor;
     }
-    return true;
   }
 
   /// Σ_k coefficient_k η_k in the unknowns, times the lengths by which it must be multiplied.
-  VirtualHeight scale_height(const BodySum& sum) const {
+  VirtualHeight scale_height(VectorSum sum) const {
+    sum.erase(0);  // does not move
     VirtualHeight height{one(), {}};
-    for (const auto& [body, coefficient] : sum) {
-      const LengthPolynomial& scale = scales_[static_cast<std::size_t>(body)];
+    for (const auto& [vector, coefficient] : sum) {
+      const LengthPolynomial& scale = scales_[static_cast<std::size_t>(vector)];
       if (!(coefficient * height.scale).divide(scale)) height.scale = height.scale * scale;
     }
-    BodySum unknowns;
-    for (const auto& [body, coefficient] : sum) {
-      const auto quotient = (coefficient * height.scale).divide(scales_[static_cast<std::size_t>(body)]);
-      unknowns = unknowns + solutions_[static_cast<std::size_t>(body)] * *quotient;
+    UnknownSum unknowns;
+    for (const auto& [vector, coefficient] : sum) {
+      const auto k = static_cast<std::size_t>(vector);
+      add(unknowns, solutions_[k], *(coefficient * height.scale).divide(scales_[k]));
     }
-    for (const int body : unknown_bodies_) {
-      const auto found = unknowns.find(body);
-      const LengthPolynomial p = found == unknowns.end() ? LengthPolynomial() : found->second;
-      height.coefficients.push_back(p.real());
-      height.coefficients.push_back((p * imaginary_unit).real());
+    for (int unknown = 0; unknown < unknowns_; ++unknown) {
+      const auto found = unknowns.find(unknown);
+      height.coefficients.push_back(found == unknowns.end() ? LengthPolynomial() : found->second.real());
     }
     return height;
   }
 
   const PlanarLinkage& linkage_;
   const VectorX& lengths_;
-  std::size_t bodies_;
-  std::vector<int> pivots_;         ///< per closure: the body it is solved for
-  std::vector<int> pivot_closure_;  ///< per body: the closure solved for it; −1: none
+  std::size_t vectors_;
+  int unknowns_ = 0;
+  std::vector<int> pivots_;  ///< per closure: the vector it is solved for
   std::vector<PolarForm> pivot_forms_;
-  std::vector<LengthPolynomial> scales_;  ///< per body: s_k
-  std::vector<BodySum> solutions_;        ///< per body: its w as a sum of unknowns
-  std::vector<int> unknown_bodies_;
+  std::vector<std::size_t> order_;        ///< in which the closures are solved
+  std::vector<LengthPolynomial> scales_;  ///< per vector: s_k
+  std::vector<UnknownSum> solutions_;     ///< per vector: its w
 };
 
 }  // namespace

@@ -203,8 +203,9 @@ class BoundedSearch {
     DesignOutcome outcome = solve_design(fixed);
     complete_design(problem_, std::max(remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
-    // that of these lengths says nothing about others
+    // what is proved at these lengths says nothing about others
     outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
+    if (outcome.optimality == Optimality::proved_global) outcome.optimality = Optimality::local_optimum;
     if (outcome.selection) outcome.selection->is_min_count_proved = false;
     return outcome;
   }
@@ -287,11 +288,13 @@ bool apply_bound(const DesignProblem& problem, const LengthBound& bound, const s
 }
 
 /// Tells of a lighter design in another assembly mode, which the bound covers but the design is not allowed to take.
-std::string other_mode_note(DesignSpace space, const DesignProblem& problem, const DesignOutcome& outcome) {
+std::string other_mode_note(const DesignSpace& held, const DesignProblem& problem, const DesignOutcome& outcome) {
+  DesignSpace space = held;
   space.assembly_mode = nullptr;
   const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
   LengthBoundOptions options;
   options.gap_tolerance = min_mode_gain;
+  options.required_trajectories = list_followed_trajectories(space);
   options.choices = list_choices(problem);
   LengthBoundSearch search(space, *judge, options);
   const double end = thread_cpu_time() + other_mode_seconds(problem);
@@ -299,6 +302,7 @@ std::string other_mode_note(DesignSpace space, const DesignProblem& problem, con
   const LengthBound found = search.result();
   if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
   if (found.count >= 0 && found.count != count_least_elements(problem, outcome.x)) return "";
+  if (held.instantiate(found.design).mode_issue.empty()) return "";
   SearchBudget budget(1, {});
   const SolverContext context(problem, budget);
   std::string lengths;
