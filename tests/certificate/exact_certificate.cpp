@@ -120,10 +120,26 @@ class Checker {
       objective = sum(objective, exact(condition.polynomial), -multiplier);
     }
     objective = sum(objective, scale, -Rational(bound_));
-    return box_.smallest(objective, {}) >= 0 ? "" : "the objective may be less than the bound";
+    return box_.smallest(objective, objective_shape()) >= 0 ? "" : "the objective may be less than the bound";
   }
 
  private:
+  /// A term with the degrees in which the multipliers were chosen: a condition may have higher ones than the objective,
+  /// and coefficients of higher degrees are nearer to the polynomial.
+  Polynomial objective_shape() const {
+    Exponents degrees(box_.size(), 0);
+    const auto raise = [&](const LengthPolynomial& p) {
+      for (const auto& [exponents, coefficient] : p.terms())
+        for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = std::max(degrees[i], exponents[i]);
+    };
+    raise(geometry_.dual.fixed_size);
+    raise(geometry_.dual.fixed_masses.scale);
+    for (const LengthPolynomial& p : geometry_.dual.fixed_masses.coefficients) raise(p);
+    for (const LengthCondition& condition : geometry_.conditions) raise(condition.polynomial);
+    for (const int length : multipliers_.affine) ++degrees[static_cast<std::size_t>(length)];
+    return {{degrees, Rational(0)}};
+  }
+
   /// Constant part and those of the affine lengths.
   Polynomial multiplier(Eigen::Index column) const {
     Polynomial p = box_.constant(Rational(multipliers_.multipliers(0, column)));

@@ -324,6 +324,7 @@ class Tree {
     bool is_feasible = true;             ///< without sizes and choices
     double value = infinity;             ///< infinite: there is none below the limit, or none was found
     std::vector<VectorX> corner_masses;  ///< as in BoxBound
+    int programs = 0;                    ///< that were solved
   };
 
   /// The lightest masses of a node at these lengths, assembled or not, with sizes and choices.
@@ -335,13 +336,14 @@ class Tree {
     std::vector<DesignPart> open{node};
     for (const int length : programs_of(node).conditional.lengths())
       open.back().box.lower[length] = open.back().box.upper[length] = lengths[length];
-    for (int programs = 0; !open.empty() && programs < max_point_programs; ++programs) {
+    while (!open.empty() && best.programs < max_point_programs) {
       DesignPart part = std::move(open.back());
       open.pop_back();
+      const bool is_first = best.programs++ == 0;
       if (!domain.propagate(part)) continue;
       const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, part.masses);
       if (point.corner_masses.empty() || point.bound > max_value(node, part)) {
-        best.is_feasible = best.is_feasible && programs > 0;
+        best.is_feasible = best.is_feasible && !is_first;
         continue;
       }
       if (!(point.bound < best.value)) continue;
@@ -378,8 +380,9 @@ class Tree {
           moved[length] = std::clamp(domain_of(node).step_length(length, moved[length], sign * step * width),
                                      geometry.box.lower[length], geometry.box.upper[length]);
           if (moved[length] == lengths[length] || !meets_conditions(moved, geometry)) continue;
-          ++evaluations;
-          const double other = find_masses(root, moved, value).value;
+          const PointDesign point = find_masses(root, moved, value);
+          evaluations += point.programs;
+          const double other = point.value;
           if (!(other < value * (1 - improvement_tolerance)) || !try_design(root, moved)) continue;
           lengths = std::move(moved);
           value = result_.best;
