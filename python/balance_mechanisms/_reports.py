@@ -200,6 +200,13 @@ class Design(Shown, Answer):
         return dict(self._native.values)
 
     @property
+    def length_bound(self) -> Dict[str, Any] | None:
+        """What is proved for all lengths: `lower_bound` and `best` [kg], `relative_gap`, `impossible`, `covers`, `not_covered`, `boxes`,
+        `progress`; only `reason` if lengths are free but cannot be bounded; None without free lengths."""
+        bound: Dict[str, Any] | None = self.to_dict()["length_bound"]
+        return bound
+
+    @property
     def load_cases(self) -> List[Dict[str, Any]]:
         """For each load of `design: for`, the residual conditions, efforts at rest and torques; empty without load cases."""
         cases: List[Dict[str, Any]] = self.to_dict()["load_cases"]

@@ -143,9 +143,10 @@ class Checker {
   }
 
   std::string find_counterweight_flaw(std::size_t i) const {
-    const FreeCounterweight& counterweight = geometry_.linkage.counterweights[i];
+    const MassLimits& limits = certificate_.multipliers.mass_limits[i];
     const bool has_limit = certificate_.multipliers.limit_index[i] >= 0;
-    const bool has_upper = certificate_.multipliers.upper_limits[i];
+    if (limits.is_left_out()) return has_limit ? "σ without a counterweight" : "";
+    const bool has_upper = limits.is_upper_used;
     for (const VirtualHeight& corner : geometry_.dual.corners[i]) {
       const Polynomial scale = exact(corner.scale);
       if (box_.smallest(scale, {}) <= 0) return "a scale may vanish";
@@ -157,8 +158,8 @@ class Checker {
         const Polynomial room = sum(product(slack, box_.constant(Rational(mass))), product(scale, limit(i)), -1);
         return box_.smallest(room, {}) < 0;
       };
-      if (has_upper && exceeds(counterweight.upper)) return "σ exceeds its upper limit";
-      if (exceeds(counterweight.lower)) return "σ exceeds its lower limit";
+      if (has_upper && exceeds(limits.upper)) return "σ exceeds its upper limit";
+      if (exceeds(limits.lower)) return "σ exceeds its lower limit";
     }
     return {};
   }

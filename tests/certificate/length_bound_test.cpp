@@ -175,7 +175,8 @@ struct BoxLaw {
         box.upper[length] = box.lower[length] + width * whole;
         if (affine.size() < static_cast<std::size_t>(trial % 3) && unit(random) < 0.6) affine.push_back(length);
       }
-      std::vector<bool> limits(geometry.linkage.counterweights.size(), trial % 2 == 0);
+      std::vector<MassLimits> limits = list_mass_limits(geometry.linkage);
+      for (MassLimits& limit : limits) limit.is_upper_used = trial % 2 == 0;
       const BoxBound result = program.bound(box, affine, limits);
       CHECK(find_flaw({0, box, result.bound, result.certificate}, geometry) == "");
       for (int sample = 0; sample < 4; ++sample) {

@@ -1,4 +1,5 @@
 // Conditions and the design that meets them.
+import {boundOverLengths} from "./bound.js";
 import {h, unseen} from "../dom.js";
 import {format, formatIn, unitText, withUnit} from "../data/numbers.js";
 
@@ -112,15 +113,23 @@ export function designSection(data) {
     ["Moving mass", `${formatIn(design.mass.before, "kg")} → ${withUnit(design.mass.after, "kg")}`],
     ["Moments of inertia", `${formatIn(design.inertia.before, "kg m^2")} → ${withUnit(design.inertia.after, "kg m^2")}`],
   ];
-  if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best" : "not shown to be the best"}`]);
+  if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${proofState(objective)}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), design.reason ? ` — ${design.reason}.`.replace("..", ".") : "."),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
+    boundOverLengths(design),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
       h("thead", {}, h("tr", {}, ["Number", "Unit", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
         h("th", {scope: "col", class: [2, 3, 4, 6].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),
     unstated(design.free_numbers));
+}
+
+/** How near to the best a design is proved to be. */
+function proofState({global, value, gap}) {
+  if (global) return "proved to be the best";
+  const share = gap === null ? NaN : gap / Math.abs(value);
+  return share <= 0.5 ? `proved to be within ${format(100 * share, 2)} % of the best` : "not shown to be the best";
 }
 
 /** What "before" is where nobody has said it. */

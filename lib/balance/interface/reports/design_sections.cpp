@@ -5,6 +5,7 @@
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
@@ -228,6 +229,7 @@ void write_design(const std::string& path, const DesignReportData& view, const P
   add_numbers(file, view.report);
   add_conditions(file, view);
   add_sizes(file, view);
+  if (view.report.length_bound) add_length_bound(file, *view.report.length_bound);
   add_runs(file, view.report, options);
   file.close();
   throw_if_cancelled(options);
@@ -399,6 +401,7 @@ void add_outcome(Json& json, const DesignReportData& view) {
   json["chosen"] = optional_elements_json(view.report);
   json["constraints"] = limits_json(view);
   json["least_violation"] = outcome.min_violation_bound;
+  json["length_bound"] = length_bound_json(view.report.length_bound);
 }
 
 void add_notes(Json& json, const DesignReportData& view) {
@@ -551,6 +554,25 @@ std::string disagreement_advice(const DesignReportData& view, const StartAgreeme
       4 * agreement.starts, 4 * view.seconds);
 }
 
+/// "proved within 0.8 % of the best" if a bound is that near, else "not shown to be the best".
+std::string proof_state(const DesignOutcome& outcome, const char* optimum) {
+  constexpr double max_reported_gap = 0.5;
+  const double gap = outcome.gap() / std::abs(outcome.objective);
+  return outcome.within_limits && gap <= max_reported_gap
+             ? fmt::format("proved to be within {:.2g} % of {}", 100 * gap, optimum)
+             : fmt::format("not shown to be {}", optimum);
+}
+
+/// For which lengths the proof holds, or why there is none.
+std::string length_bound_line(const DesignReport& report) {
+  const auto& bound = report.length_bound;
+  if (!bound || report.outcome.optimality == Optimality::not_optimised) return "";
+  if (bound->reason.empty()) return length_coverage_text(*bound) + "\n";
+  return report.outcome.optimality == Optimality::proved_global
+             ? ""
+             : fmt::format("no proof for all lengths: {}\n", bound->reason);
+}
+
 /// What is known of its optimality.
 std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
@@ -576,16 +598,15 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
       return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0{}\n",
                          number_text(unit.convert(outcome.lower_bound)), exhaustion);
     case Optimality::local_optimum:
-      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
-                         optimum) +
+      return fmt::format("optimality: local-best: the best of what was tried{}, {}\n", search_summary,
+                         proof_state(outcome, optimum)) +
              disagreement_advice(view, agreement);
     case Optimality::budget_exhausted:
       if (view.interrupted)
-        return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
-                           search_summary, optimum);
-      return fmt::format(
-          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; --seconds {:g} allows more\n",
-          view.seconds, search_summary, optimum, 4 * view.seconds);
+        return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, {}\n", *view.interrupted, search_summary,
+                           proof_state(outcome, optimum));
+      return fmt::format("optimality: stopped: after the time limit of {:g} s{}, {}; --seconds {:g} allows more\n",
+                         view.seconds, search_summary, proof_state(outcome, optimum), 4 * view.seconds);
   }
   return "";
 }
@@ -650,7 +671,8 @@ std::string reasons(const DesignReportData& view, const SpecUnits& units) {
   if (outcome.status == DesignStatus::infeasible)
     sentences.add(outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
   return sentences.text() + objective_line(view, units) + limits_text(view, units) +
-         format_optional_elements(view.report) + optimality_line(view, units) + freedom_line(view);
+         format_optional_elements(view.report) + optimality_line(view, units) + length_bound_line(view.report) +
+         freedom_line(view);
 }
 
 std::string bound_remark(const FreeNumber& number, int bound) {

@@ -10,8 +10,6 @@
 namespace balance::certificate {
 namespace {
 
-/// Bound on the multipliers, so that the program is bounded where no masses balance the linkage.
-constexpr double max_multiplier = 1e5;
 /// Relative: a mass above its limit by less is round-off of the solver.
 constexpr double mass_limit_tolerance = 1e-9;
 constexpr double min_active_multiplier = 1e-12;
@@ -297,30 +295,38 @@ bool BoxProgram::has_positive_scales(const LengthBox& box) const {
   });
 }
 
+std::vector<MassLimits> list_mass_limits(const PlanarLinkage& linkage) {
+  std::vector<MassLimits> limits;
+  for (const FreeCounterweight& counterweight : linkage.counterweights)
+    limits.push_back({counterweight.lower, counterweight.upper, false});
+  return limits;
+}
+
 BoxBound BoxProgram::bound(const LengthBox& box, const std::vector<int>& affine,
-                           std::vector<bool>& upper_limits) const {
+                           std::vector<MassLimits>& limits) const {
   for (;;) {
-    BoxBound result = solve(box, affine, upper_limits);
+    BoxBound result = solve(box, affine, limits);
     bool has_new_limit = false;
     for (std::size_t i = 0; i < result.corner_masses.size(); ++i) {
-      if (upper_limits[i] || result.mass(i) <= linkage_.counterweights[i].upper * (1 + mass_limit_tolerance)) continue;
-      upper_limits[i] = has_new_limit = true;
+      if (limits[i].is_upper_used || result.mass(i) <= limits[i].upper * (1 + mass_limit_tolerance)) continue;
+      limits[i].is_upper_used = has_new_limit = true;
     }
     if (!has_new_limit) return result;
   }
 }
 
 BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
-                           const std::vector<bool>& upper_limits) const {
+                           const std::vector<MassLimits>& limits) const {
   const std::size_t counterweights = corners_.size();
   BoxBound result;
   Assembly rows;
   rows.unknowns = dual_.unknowns;
   rows.parts = 1 + static_cast<Eigen::Index>(affine.size());
   rows.limits = 0;
-  for (std::size_t i = 0; i < counterweights; ++i)
-    rows.limit_index.push_back(upper_limits[i] || linkage_.counterweights[i].lower > 0 ? static_cast<int>(rows.limits++)
-                                                                                       : -1);
+  for (const MassLimits& limit : limits) {
+    const bool has_limit = !limit.is_left_out() && (limit.is_upper_used || limit.lower > 0);
+    rows.limit_index.push_back(has_limit ? static_cast<int>(rows.limits++) : -1);
+  }
   rows.conditions = find_active_conditions(box);
   for (const int condition : rows.conditions)
     rows.is_equality.push_back(conditions_[static_cast<std::size_t>(condition)].is_equality);
@@ -329,18 +335,22 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   rows.right.resize(64);
   bool is_sound = true;
   for (std::size_t i = 0; i < counterweights; ++i) {
-    const FreeCounterweight& counterweight = linkage_.counterweights[i];
+    const MassLimits& limit = limits[i];
+    if (limit.is_left_out()) continue;
     const auto index = static_cast<int>(i);
     for (std::size_t c = 0; c < corners_[i].size(); ++c) {
       const ExpandedColumns columns = expand(corners_[i][c].convert(box), affine);
       const auto corner = static_cast<int>(c);
-      if (!upper_limits[i])
-        is_sound = is_sound && rows.add_heights(index, corner, columns, std::nullopt);
-      else if (counterweight.upper > 0)
-        is_sound = is_sound && rows.add_heights(index, corner, columns, counterweight.upper);
-      if (counterweight.lower > 0) is_sound = is_sound && rows.add_heights(index, corner, columns, counterweight.lower);
+      std::vector<std::optional<double>> masses;
+      if (limit.lower > 0) masses.emplace_back(limit.lower);
+      if (!limit.is_upper_used)
+        masses.emplace_back();
+      else if (limit.upper > limit.lower)
+        masses.emplace_back(limit.upper);
+      for (const std::optional<double>& mass : masses)
+        is_sound = is_sound && rows.add_heights(index, corner, columns, mass);
     }
-    if (upper_limits[i] && counterweight.lower == 0) rows.add_signs(index);
+    if (limit.is_upper_used && limit.lower <= 0) rows.add_signs(index);
   }
   is_sound = is_sound && rows.add_objective(expand(objective_.convert(box), affine));
   if (!is_sound) return result;
@@ -361,7 +371,7 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
     if (block.kind == Assembly::Kind::height)
       result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] +=
           solution.multipliers.segment(block.begin, block.count).sum();
-  result.certificate = {affine, upper_limits, rows.limit_index, {}, dual_.unknowns, rows.conditions, {}};
+  result.certificate = {affine, limits, rows.limit_index, {}, dual_.unknowns, rows.conditions, {}};
   result.certificate.condition_multipliers.resize(static_cast<Eigen::Index>(rows.conditions.size()));
   for (std::size_t i = 0; i < rows.conditions.size(); ++i)
     result.certificate.condition_multipliers[static_cast<Eigen::Index>(i)] = x[rows.condition_column(i)];

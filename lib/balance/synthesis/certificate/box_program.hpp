@@ -3,7 +3,8 @@
 ///
 /// Multipliers w(l), constant or affine in some lengths, are a certificate if every inequality of the virtual linkage
 /// holds on the whole box, which the signs of its Bernstein coefficients prove. A counterweight with mass limits has
-/// one more multiplier σ(l), with σ ≤ lower (1 − h) and σ ≤ upper (1 − h) at every corner, and adds σ to the bound.
+/// one more multiplier σ(l), with σ ≤ lower (1 − h) and σ ≤ upper (1 − h) at every corner, and adds σ to the bound. One
+/// that is left out has neither.
 /// Conditions g(l) ≥ 0 on the lengths take part with a multiplier κ ≥ 0 (of any sign for g = 0): the objective minus κ g
 /// need only be positive on the whole box. Whatever a solver returns is made a certificate: σ is shifted and all multipliers are scaled until the inequalities
 /// hold (w = 0 meets all but those of σ strictly), and the bound is the smallest quotient of Bernstein coefficients of
@@ -14,11 +15,24 @@
 
 namespace balance::certificate {
 
+/// Bound on the multipliers, so that a program is bounded where no masses balance the linkage.
+inline constexpr double max_multiplier = 1e5;
+
+/// Limits of a counterweight's mass in a part of all designs. A mass of at most 0: it is left out.
+struct MassLimits {
+  double lower = 0, upper = 0;  ///< [kg]
+  bool is_upper_used = false;   ///< whether a bound uses the upper limit, which need not hold otherwise
+
+  bool is_left_out() const { return upper <= 0; }
+};
+/// The linkage's own, upper limits not used.
+std::vector<MassLimits> list_mass_limits(const PlanarLinkage& linkage);
+
 /// Affine multipliers for the proof that no lengths of a box allow less than `bound`.
 struct BoxCertificate {
-  std::vector<int> affine;         ///< lengths in which the multipliers are affine
-  std::vector<bool> upper_limits;  ///< per counterweight: whether its upper limit is used
-  std::vector<int> limit_index;    ///< per counterweight: its σ; −1: none
+  std::vector<int> affine;              ///< lengths in which the multipliers are affine
+  std::vector<MassLimits> mass_limits;  ///< per counterweight
+  std::vector<int> limit_index;         ///< per counterweight: its σ; −1: none
   /// Columns: w, then σ. Rows: constant part, then the coefficients of 2t − 1 of each affine length, where t is its
   /// box coordinate.
   MatrixX multipliers;
@@ -50,14 +64,13 @@ class BoxProgram {
   /// Whether all scales are positive on the box; otherwise there is no bound.
   bool has_positive_scales(const LengthBox& box) const;
   /// @param affine lengths in which the multipliers are affine
-  /// @param upper_limits per counterweight, whether its upper mass limit counts; those that the relaxation exceeds are
-  /// added
-  BoxBound bound(const LengthBox& box, const std::vector<int>& affine, std::vector<bool>& upper_limits) const;
+  /// @param limits per counterweight; upper limits that the relaxation exceeds are used as well
+  BoxBound bound(const LengthBox& box, const std::vector<int>& affine, std::vector<MassLimits>& limits) const;
 
  private:
   struct Assembly;
 
-  BoxBound solve(const LengthBox& box, const std::vector<int>& affine, const std::vector<bool>& upper_limits) const;
+  BoxBound solve(const LengthBox& box, const std::vector<int>& affine, const std::vector<MassLimits>& limits) const;
 
   const PlanarLinkage& linkage_;
   const VirtualLinkage& dual_;

@@ -4,7 +4,6 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/simulate.hpp"
-#include "balance/synthesis/certificate/length_geometry.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 
 #include <algorithm>
@@ -39,8 +38,10 @@ constexpr int max_compass_evaluations = 400, max_compass_searches = 6;
 constexpr double balance_tolerance = 1e-8;
 /// Relative: changes of the bound that are kept for the progress.
 constexpr double progress_step = 1e-5;
-/// Relative: free numbers may leave their bounds by round-off.
-constexpr double bound_tolerance = 1e-12;
+/// Programs to find masses with sizes, and elements, at given lengths.
+constexpr int max_point_programs = 60;
+/// Boxes for a number of elements before a larger number is tried as well, and boxes between such decisions.
+constexpr long count_lead = 400, count_boxes = 100;
 
 /// Also false if the trajectory does not suit the mechanism.
 bool can_follow(const Mechanism& mechanism, const Trajectory& trajectory) {
@@ -88,12 +89,11 @@ struct GeometryPrograms {
         unconditional(geometry.linkage, geometry.dual, {}) {}
 };
 
-struct Node {
+struct Node : DesignPart {
   int geometry = 0;
-  LengthBox box;
   double bound = 0;
   MatrixX conflict;
-  std::vector<bool> upper_limits;
+  VectorX relaxed_masses;   ///< per counterweight
   LengthCertificate proof;  ///< of the bound: its own, or that of a box that contains it
 };
 
@@ -101,19 +101,55 @@ struct HasHigherBound {
   bool operator()(const Node& a, const Node& b) const { return a.bound > b.bound; }
 };
 
-}  // namespace
+/// What the trees of different numbers of elements have in common.
+struct LengthProblem {
+  const DesignSpace& space;
+  const LengthDesignJudge& judge;
+  LengthBoundOptions options;
+  double start_time;
+  std::vector<LengthGeometry> geometries;
+  std::deque<GeometryPrograms> programs;  ///< refer to the geometries, which are not moved any more
+  std::vector<std::string> uncovered;
+  std::string reason;  ///< as in LengthBound
 
-class LengthBoundSearch::Tree {
+  LengthProblem(const DesignSpace& design_space, const LengthDesignJudge& design_judge,
+                const LengthBoundOptions& bound_options)
+      : space(design_space), judge(design_judge), options(bound_options), start_time(thread_cpu_time()) {
+    if (!space.start.design.cardinality.empty() && options.choices.empty()) {
+      reason = "elements may be left out";
+      return;
+    }
+    LengthGeometries listed = list_length_geometries(space, options.required_trajectories);
+    reason = std::move(listed.reason);
+    if (!reason.empty()) return;
+    geometries = std::move(listed.geometries);
+    uncovered = std::move(listed.uncovered);
+    for (const LengthGeometry& geometry : geometries) programs.emplace_back(geometry);
+    if (programs.front().unconditional.lengths().empty()) reason = "no length is free";
+  }
+
+  double elapsed() const { return thread_cpu_time() - start_time; }
+};
+
+/// Branch and bound for one number of elements.
+class Tree {
  public:
-  Tree(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options)
-      : space_(space), judge_(judge), options_(options), start_time_(thread_cpu_time()) {
-    if (!make_roots()) return;
+  /// @param min_count limit of the choices that ask for as few elements as possible
+  Tree(const LengthProblem& problem, int min_count)
+      : space_(problem.space),
+        judge_(problem.judge),
+        options_(problem.options),
+        problem_(problem),
+        geometries_(problem.geometries),
+        programs_(problem.programs) {
+    result_.uncovered = problem.uncovered;
     for (std::size_t g = 0; g < geometries_.size(); ++g) {
+      result_.geometries.push_back(geometries_[g].name);
+      domains_.emplace_back(space_, geometries_[g], programs_[g].conditional.lengths(), options_.choices, min_count);
       Node root;
+      static_cast<DesignPart&>(root) = domains_.back().root();
       root.geometry = static_cast<int>(g);
-      root.box = geometries_[g].box;
       root.bound = geometries_[g].min_value;
-      root.upper_limits.assign(geometries_[g].linkage.counterweights.size(), false);
       bound(root);
     }
     note_progress();
@@ -133,13 +169,16 @@ class LengthBoundSearch::Tree {
   }
 
   void add_design(const VectorX& x, double mass) {
-    if (!result_.reason.empty() || !(mass < result_.best)) return;
+    if (!(mass < result_.best)) return;
     result_.best = mass;
     result_.design = best_lengths_ = x;
     note_progress();
   }
 
   bool is_finished() const { return open_.empty() || result_.nodes >= options_.max_nodes || is_closed(); }
+  bool is_impossible() const { return std::isinf(lower_bound()); }
+  bool has_design() const { return std::isfinite(result_.best); }
+  long nodes() const { return result_.nodes; }
 
   LengthBound result() const {
     LengthBound result = result_;
@@ -151,7 +190,7 @@ class LengthBoundSearch::Tree {
   }
 
  private:
-  double elapsed() const { return thread_cpu_time() - start_time_; }
+  double elapsed() const { return problem_.elapsed(); }
   double lower_bound() const { return open_.empty() ? closed_bound_ : std::min(open_.top().bound, closed_bound_); }
 
   bool is_closed() const {
@@ -169,28 +208,18 @@ class LengthBoundSearch::Tree {
     result_.progress.push_back({elapsed(), lower, result_.best});
   }
 
-  bool make_roots() {
-    LengthGeometries listed = list_length_geometries(space_, options_.required_trajectories);
-    result_.reason = std::move(listed.reason);
-    if (!result_.reason.empty()) return false;
-    geometries_ = std::move(listed.geometries);
-    if (BoxProgram(geometries_[0].linkage, geometries_[0].dual, {}).lengths().empty()) {
-      result_.reason = "no length is free";
-      return false;
-    }
-    result_.uncovered = std::move(listed.uncovered);
-    for (const LengthGeometry& geometry : geometries_) {
-      programs_.emplace_back(geometry);
-      result_.geometries.push_back(geometry.name);
-    }
-    return true;
-  }
-
   const LengthGeometry& geometry_of(const Node& node) const {
     return geometries_[static_cast<std::size_t>(node.geometry)];
   }
   const GeometryPrograms& programs_of(const Node& node) const {
     return programs_[static_cast<std::size_t>(node.geometry)];
+  }
+  const DiscreteDomain& domain_of(const Node& node) const { return domains_[static_cast<std::size_t>(node.geometry)]; }
+  /// Of the objective, with a margin: a larger bound shows that the part has no design.
+  double max_value(const Node& node, const DesignPart& part) const {
+    const LengthGeometry& geometry = geometry_of(node);
+    return geometry.max_fixed_size + geometry.impossibility_margin +
+           domain_of(node).max_mass(part) * (1 + mass_sum_tolerance);
   }
 
   /// Bounds a box whose bound so far is its parent's, and keeps it open if it may have better designs.
@@ -198,27 +227,36 @@ class LengthBoundSearch::Tree {
     const LengthGeometry& geometry = geometry_of(node);
     const BoxProgram& program = programs_of(node).conditional;
     ++result_.nodes;
-    if (!contract(geometry.conditions, node.box)) return;  // it contains no lengths of the geometry
-    BoxBound best = program.bound(node.box, {}, node.upper_limits);
-    if (best.bound < result_.best && best.bound <= geometry.max_value && best.conflict.size() > 0) {
+    // otherwise it contains no design of the geometry
+    if (!contract(geometry.conditions, node.box) || !domain_of(node).propagate(node)) return;
+    const double largest = max_value(node, node);
+    BoxBound best = program.bound(node.box, {}, node.masses);
+    if (best.bound < result_.best && best.bound <= largest && best.conflict.size() > 0) {
       const std::vector<int> affine = choose_affine_lengths(node, best, program);
       if (!affine.empty()) {
-        BoxBound better = program.bound(node.box, affine, node.upper_limits);
+        BoxBound better = program.bound(node.box, affine, node.masses);
         if (better.bound > best.bound) best = std::move(better);
       }
     }
     if (best.conflict.size() == 0) best.conflict = MatrixX::Zero(geometry.linkage.variables, 2);
+    node.relaxed_masses = masses_of(best, node.masses.size());
     if (best.bound > node.bound) {
       node.bound = best.bound;
       node.proof = {node.geometry, node.box, best.bound, std::move(best.certificate)};
     }
     node.conflict = std::move(best.conflict);
-    if (node.bound > geometry.max_value)
+    if (node.bound > largest)
       close(node, infinity);
     else if (node.bound >= result_.best)
       close(node);
     else
       open_.push(node);
+  }
+
+  static VectorX masses_of(const BoxBound& bound, std::size_t counterweights) {
+    VectorX masses = VectorX::Zero(static_cast<Eigen::Index>(counterweights));
+    for (std::size_t i = 0; i < bound.corner_masses.size(); ++i) masses[static_cast<Eigen::Index>(i)] = bound.mass(i);
+    return masses;
   }
 
   /// Those in conflict, and those of conditions that take part.
@@ -256,21 +294,54 @@ class LengthBoundSearch::Tree {
     for (const int length : programs_of(node).conditional.lengths())
       if (node.conflict(length, 1) > node.conflict(length, 0)) corner[length] = node.box.upper[length];
     const double before = result_.best;
-    for (const VectorX& lengths : {corner, node.box.middle()}) {
+    for (const VectorX& lengths : {corner, domain_of(node).round_lengths(node, node.box.middle())}) {
       if (meets_conditions(lengths, geometry_of(node)) && try_design(node, lengths)) continue;
       for (const double margin : condition_margins) {
-        const std::optional<VectorX> moved = meet_conditions(lengths, geometry_of(node), margin);
+        const std::optional<VectorX> moved = meet_conditions(lengths, node, margin);
         if (moved && try_design(node, *moved)) break;
       }
     }
     if (result_.best < before && node.bound < result_.best * (1 - options_.gap_tolerance)) search_nearby(node);
   }
 
-  /// The least mass at these lengths, assembled or not; infinite if nothing balances.
-  double point_value(const Node& node, const VectorX& lengths) const {
-    std::vector<bool> upper_limits = node.upper_limits;
-    const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, upper_limits);
-    return point.corner_masses.empty() || point.bound > geometry_of(node).max_value ? infinity : point.bound;
+  /// Masses at given lengths.
+  struct PointDesign {
+    bool is_feasible = true;             ///< without sizes and choices
+    double value = infinity;             ///< infinite: there is none below the limit, or none was found
+    std::vector<VectorX> corner_masses;  ///< as in BoxBound
+  };
+
+  /// The lightest masses of a node at these lengths, assembled or not, with sizes and choices.
+  /// @param limit only lighter ones matter
+  PointDesign find_masses(const Node& node, const VectorX& lengths, double limit) const {
+    const DiscreteDomain& domain = domain_of(node);
+    PointDesign best;
+    best.value = limit;
+    std::vector<DesignPart> open{node};
+    for (const int length : programs_of(node).conditional.lengths())
+      open.back().box.lower[length] = open.back().box.upper[length] = lengths[length];
+    for (int programs = 0; !open.empty() && programs < max_point_programs; ++programs) {
+      DesignPart part = std::move(open.back());
+      open.pop_back();
+      if (!domain.propagate(part)) continue;
+      const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, part.masses);
+      if (point.corner_masses.empty() || point.bound > max_value(node, part)) {
+        best.is_feasible = best.is_feasible && programs > 0;
+        continue;
+      }
+      if (!(point.bound < best.value)) continue;
+      const VectorX masses = masses_of(point, part.masses.size());
+      double distance = 0;
+      std::vector<DesignPart> parts = domain.divide_elements(part, masses);
+      if (parts.empty()) parts = domain.divide_masses(part, masses, distance);
+      if (parts.empty()) {
+        best.value = point.bound;
+        best.corner_masses = point.corner_masses;
+      }
+      for (DesignPart& one : parts) open.push_back(std::move(one));
+    }
+    if (best.corner_masses.empty()) best.value = infinity;
+    return best;
   }
 
   /// Descends from the best design along one length at a time: an optimum between the corners is found long before
@@ -279,6 +350,7 @@ class LengthBoundSearch::Tree {
     if (searches_ >= max_compass_searches || best_lengths_.size() == 0) return;
     ++searches_;
     const LengthGeometry& geometry = geometry_of(node);
+    const Node root = root_of(node);
     VectorX lengths = best_lengths_;
     double value = result_.best;
     int evaluations = 0;
@@ -288,19 +360,27 @@ class LengthBoundSearch::Tree {
         for (const double sign : {-1.0, 1.0}) {
           VectorX moved = lengths;
           const double width = geometry.box.upper[length] - geometry.box.lower[length];
-          moved[length] =
-              std::clamp(moved[length] + sign * step * width, geometry.box.lower[length], geometry.box.upper[length]);
+          moved[length] = std::clamp(domain_of(node).step_length(length, moved[length], sign * step * width),
+                                     geometry.box.lower[length], geometry.box.upper[length]);
           if (moved[length] == lengths[length] || !meets_conditions(moved, geometry)) continue;
           ++evaluations;
-          const double other = point_value(node, moved);
-          if (!(other < value * (1 - improvement_tolerance))) continue;
+          const double other = find_masses(root, moved, value).value;
+          if (!(other < value * (1 - improvement_tolerance)) || !try_design(root, moved)) continue;
           lengths = std::move(moved);
-          value = other;
+          value = result_.best;
           has_improved = true;
         }
       if (!has_improved) step /= 2;
     }
-    try_design(node, lengths);
+  }
+
+  /// Without the node's decisions, for designs that are not in it.
+  Node root_of(const Node& node) const {
+    Node root;
+    static_cast<DesignPart&>(root) = domain_of(node).root();
+    root.geometry = node.geometry;
+    for (std::size_t i = 0; i < root.masses.size(); ++i) root.masses[i].is_upper_used = node.masses[i].is_upper_used;
+    return root;
   }
 
   static bool meets_conditions(const VectorX& lengths, const LengthGeometry& geometry) {
@@ -313,10 +393,13 @@ class LengthBoundSearch::Tree {
   /// Moves lengths within the bounds until they meet the conditions, relative to the free intervals as little as
   /// possible: Gauss–Newton steps.
   /// @return none if there are no conditions, or the steps do not converge
-  static std::optional<VectorX> meet_conditions(VectorX lengths, const LengthGeometry& geometry, double margin) {
+  std::optional<VectorX> meet_conditions(VectorX lengths, const Node& node, double margin) const {
+    const LengthGeometry& geometry = geometry_of(node);
     const auto& conditions = geometry.conditions;
     if (conditions.empty()) return {};
-    const VectorX width = geometry.box.upper - geometry.box.lower;
+    VectorX width = geometry.box.upper - geometry.box.lower;
+    for (const int length : programs_of(node).conditional.lengths())
+      if (domain_of(node).has_sizes(length)) width[length] = 0;
     for (int step = 0; step < max_projection_steps; ++step) {
       std::vector<VectorX> gradients;
       std::vector<double> residuals;
@@ -356,19 +439,21 @@ class LengthBoundSearch::Tree {
   /// @return whether it is accepted, or no improvement
   bool try_design(const Node& node, const VectorX& lengths) {
     const LengthGeometry& geometry = geometry_of(node);
-    std::vector<bool> upper_limits = node.upper_limits;
-    const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, upper_limits);
-    if (point.corner_masses.empty() || point.bound > geometry.max_value) return false;
+    const PointDesign point = find_masses(node, lengths, result_.best * (1 - improvement_tolerance));
+    if (!point.is_feasible) return false;
+    if (point.corner_masses.empty()) return true;
     VectorX x = space_.start_values();
     for (const int length : programs_of(node).conditional.lengths()) x[length] = lengths[length];
     for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
+    for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i)
+      place_counterweight(geometry.linkage.counterweights[i], point.corner_masses[i], x);
+    if (!domain_of(node).complete(x) || !judge_.accepts(x)) return false;
     double value = geometry.linkage.fixed_size.evaluate(lengths).real();
     for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i) {
-      place_counterweight(geometry.linkage.counterweights[i], point.corner_masses[i], x);
-      value += point.mass(i);
+      const int number = geometry.linkage.counterweights[i].mass_number;
+      value += number >= 0 ? x[number] : point.corner_masses[i].sum();
     }
-    if (!(value < result_.best * (1 - improvement_tolerance))) return true;
-    if (!clamp_to_bounds(x) || !judge_.accepts(x)) return false;
+    if (!(value < result_.best)) return true;
     result_.best = value;
     result_.design = std::move(x);
     best_lengths_ = lengths;
@@ -394,21 +479,14 @@ class LengthBoundSearch::Tree {
     }
   }
 
-  /// @return false if a number is outside its bounds by more than round-off, or is none of its sizes
-  bool clamp_to_bounds(VectorX& x) const {
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(i)];
-      const double margin = bound_tolerance * (std::abs(number.lower) + std::abs(number.upper));
-      if (!(x[i] >= number.lower - margin && x[i] <= number.upper + margin)) return false;
-      x[i] = std::clamp(x[i], number.lower, number.upper);
-      const auto& sizes = number.discrete_values;
-      if (!sizes.empty() && std::find(sizes.begin(), sizes.end(), x[i]) == sizes.end()) return false;
-    }
-    return true;
-  }
-
-  void divide(Node node) {
+  /// Elements first, then the length or the mass with sizes that matters more.
+  void divide(const Node& node) {
     const LengthGeometry& geometry = geometry_of(node);
+    const DiscreteDomain& domain = domain_of(node);
+    if (const auto parts = domain.divide_elements(node, node.relaxed_masses); !parts.empty()) {
+      bound_parts(node, parts);
+      return;
+    }
     int widest = -1, branching_length = -1;
     double width = 0, conflict = 0;
     for (const int length : programs_of(node).conditional.lengths()) {
@@ -419,31 +497,153 @@ class LengthBoundSearch::Tree {
       const double both = std::min(node.conflict(length, 0), node.conflict(length, 1));
       if (both > conflict) conflict = both, branching_length = length;
     }
+    double distance = 0;
+    const auto mass_parts = domain.divide_masses(node, node.relaxed_masses, distance);
+    if (!mass_parts.empty() && distance >= conflict) {
+      bound_parts(node, mass_parts);
+      return;
+    }
     const bool has_conflict = conflict > 1e-2 * conflict_tolerance * std::max(1.0, std::abs(node.bound));
     const int length = has_conflict ? branching_length : widest;
     if (length < 0) {
       close(node);
       return;
     }
-    const double middle = (node.box.lower[length] + node.box.upper[length]) / 2;
-    for (const bool is_upper : {false, true}) {
-      Node part = node;
-      (is_upper ? part.box.lower : part.box.upper)[length] = middle;
-      bound(part);
+    bound_parts(node, domain.divide_length(node, length));
+  }
+
+  void bound_parts(const Node& node, const std::vector<DesignPart>& parts) {
+    for (const DesignPart& part : parts) {
+      Node child = node;
+      static_cast<DesignPart&>(child) = part;
+      bound(child);
     }
   }
 
   const DesignSpace& space_;
   const LengthDesignJudge& judge_;
-  const LengthBoundOptions options_;
-  double start_time_;
-  std::vector<LengthGeometry> geometries_;
-  std::deque<GeometryPrograms> programs_;  ///< refer to the geometries, which are not moved any more
+  const LengthBoundOptions& options_;
+  const LengthProblem& problem_;
+  const std::vector<LengthGeometry>& geometries_;
+  const std::deque<GeometryPrograms>& programs_;
+  std::deque<DiscreteDomain> domains_;  ///< per geometry
   std::priority_queue<Node, std::vector<Node>, HasHigherBound> open_;
   double closed_bound_ = infinity;  ///< smallest bound of the boxes that are not divided any more
   VectorX best_lengths_;            ///< of the best design, in its geometry
   int searches_ = 0;
   LengthBound result_;  ///< without its bound
+};
+
+}  // namespace
+
+/// One tree or, where as few elements as possible are asked for, one for each number of them.
+class LengthBoundSearch::Trees {
+ public:
+  Trees(const DesignSpace& space, const LengthDesignJudge& judge, const LengthBoundOptions& options)
+      : problem_(space, judge, options) {
+    if (!problem_.reason.empty()) return;
+    for (const ElementChoice& choice : options.choices) {
+      if (choice.max_count >= 0) continue;
+      is_count_free_ = true;
+      max_count_ += static_cast<int>(choice.elements.size());
+    }
+    find_possible_counts();
+  }
+
+  void run(const std::function<bool()>& interrupted) {
+    if (!problem_.reason.empty()) return;
+    while (const std::optional<std::size_t> count = choose_count()) {
+      make_trees(static_cast<int>(*count));
+      long boxes = 0;
+      bool is_interrupted = false;
+      trees_[*count]->run([&] {
+        is_interrupted = interrupted && interrupted();
+        return is_interrupted || (is_count_free_ && ++boxes > count_boxes);
+      });
+      if (is_interrupted) return;
+      find_possible_counts();
+    }
+  }
+
+  void add_design(const VectorX& x, double mass) {
+    if (!problem_.reason.empty()) return;
+    const int count = is_count_free_ ? count_elements(x) : 0;
+    make_trees(count);
+    trees_[static_cast<std::size_t>(count)]->add_design(x, mass);
+  }
+
+  bool is_finished() const { return !problem_.reason.empty() || !choose_count(); }
+
+  LengthBound result() const {
+    LengthBound result;
+    result.reason = problem_.reason;
+    if (!result.reason.empty()) return result;
+    const std::size_t count = shown_count();
+    result = trees_[count]->result();
+    if (!is_count_free_) return result;
+    result.nodes = 0;
+    for (const auto& tree : trees_) result.nodes += tree->nodes();
+    result.count = static_cast<int>(count);
+    result.is_count_proved = count == first_possible_;
+    return result;
+  }
+
+ private:
+  void make_trees(int count) {
+    for (int next = static_cast<int>(trees_.size()); next <= count; ++next)
+      trees_.push_back(std::make_unique<Tree>(problem_, next));
+  }
+
+  /// Skips the numbers of elements that are proved too few, but for the largest.
+  void find_possible_counts() {
+    make_trees(static_cast<int>(first_possible_));
+    while (trees_[first_possible_]->is_impossible() && static_cast<int>(first_possible_) < max_count_)
+      make_trees(static_cast<int>(++first_possible_));
+  }
+
+  /// The smallest number with a design, or else the smallest that may have one.
+  std::size_t shown_count() const {
+    for (std::size_t count = first_possible_; count < trees_.size(); ++count)
+      if (trees_[count]->has_design()) return count;
+    return first_possible_;
+  }
+
+  /// The number to go on with: small ones have a lead, and none beyond the first with a design matters.
+  std::optional<std::size_t> choose_count() const {
+    std::optional<std::size_t> chosen;
+    long least = 0;
+    const std::size_t shown = shown_count();
+    const std::size_t last = trees_[shown]->has_design() ? shown : static_cast<std::size_t>(max_count_);
+    for (std::size_t count = first_possible_; count <= last; ++count) {
+      const bool is_new = count >= trees_.size();
+      if (!is_new && trees_[count]->is_finished()) continue;
+      const long effort = (is_new ? 0 : trees_[count]->nodes()) + count_lead * static_cast<long>(count);
+      if (!chosen || effort < least) {
+        chosen = count;
+        least = effort;
+      }
+      if (is_new) break;
+    }
+    return chosen;
+  }
+
+  /// Kept elements of the choices that ask for as few as possible.
+  int count_elements(const VectorX& x) const {
+    int count = 0;
+    for (const ElementChoice& choice : problem_.options.choices)
+      for (const ElementChoice::Element& element : choice.elements)
+        count += choice.max_count < 0 && std::any_of(element.numbers.begin(), element.numbers.end(),
+                                                     [&](int number) { return x[number] != 0; })
+                     ? 1
+                     : 0;
+    return count;
+  }
+
+  LengthProblem problem_;
+  bool is_count_free_ = false;
+  int max_count_ = 0;                         ///< of elements, where as few as possible are asked for
+  std::vector<std::unique_ptr<Tree>> trees_;  ///< by number of elements
+  std::size_t first_possible_ = 0;
 };
 
 std::vector<int> list_followed_trajectories(const DesignSpace& space) {
@@ -463,17 +663,17 @@ std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& s
 
 LengthBoundSearch::LengthBoundSearch(const DesignSpace& space, const LengthDesignJudge& judge,
                                      const LengthBoundOptions& options)
-    : tree_(std::make_unique<Tree>(space, judge, options)) {}
+    : trees_(std::make_unique<Trees>(space, judge, options)) {}
 
 LengthBoundSearch::~LengthBoundSearch() = default;
 
-void LengthBoundSearch::run(const std::function<bool()>& interrupted) { tree_->run(interrupted); }
+void LengthBoundSearch::run(const std::function<bool()>& interrupted) { trees_->run(interrupted); }
 
-void LengthBoundSearch::add_design(const VectorX& x, double mass) { tree_->add_design(x, mass); }
+void LengthBoundSearch::add_design(const VectorX& x, double mass) { trees_->add_design(x, mass); }
 
-bool LengthBoundSearch::is_finished() const { return tree_->is_finished(); }
+bool LengthBoundSearch::is_finished() const { return trees_->is_finished(); }
 
-LengthBound LengthBoundSearch::result() const { return tree_->result(); }
+LengthBound LengthBoundSearch::result() const { return trees_->result(); }
 
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
                                const LengthBoundOptions& options) {

@@ -3,10 +3,11 @@
 /// within their bounds, and the best design found on the way.
 ///
 /// Branch and bound over boxes of lengths. A box's bound comes from one linear program (box_program.hpp), so that most
-/// problems close at the root.
+/// problems close at the root. Sizes and elements that may be left out are decided in the same tree.
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/certificate/box_program.hpp"
+#include "balance/synthesis/certificate/discrete_domain.hpp"
 
 #include <functional>
 #include <limits>
@@ -33,10 +34,12 @@ struct LengthBoundOptions {
   double gap_tolerance = 1e-9;  ///< relative; the search ends below it
   /// Indices of trajectories that every design must follow; lengths with which they cannot be assembled do not count.
   std::vector<int> required_trajectories = {};
+  /// Of the spec's elements; must not be empty if the spec has choices.
+  std::vector<certificate::ElementChoice> choices = {};
   bool keeps_certificates = false;
 };
 
-/// What was known after a time.
+/// What was known after a time. Where the least number of elements is asked for, of the number that the result has.
 struct LengthBoundProgress {
   double seconds = 0;      ///< of this search [s], CPU time
   double lower_bound = 0;  ///< [kg]
@@ -56,16 +59,20 @@ struct LengthBound {
   double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
-  std::vector<std::string> geometries;                    ///< to which the bound applies: "general lengths", …
-  std::vector<std::string> uncovered;                     ///< geometries within the bounds to which it does not apply
-  long nodes = 0;                                         ///< boxes bounded
-  std::vector<LengthBoundProgress> progress;              ///< where bound or best design changed, and at the end
+  /// If as few elements as possible are asked for: the number for which bound and design are, and whether it is proved
+  /// that fewer do not suffice; −1: not asked for.
+  int count = -1;
+  bool is_count_proved = false;
+  std::vector<std::string> geometries;        ///< to which the bound applies
+  std::vector<std::string> uncovered;         ///< geometries within the bounds to which it does not apply
+  long nodes = 0;                             ///< boxes bounded
+  std::vector<LengthBoundProgress> progress;  ///< where bound or best design changed, and at the end
   std::vector<LengthCertificate>
       certificates;  ///< of boxes that cover all lengths that meet the geometries' conditions, if asked for
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.
-  double gap() const { return std::isinf(best) ? best : (best - lower_bound) / best; }
+  double gap() const { return std::isinf(best) ? best : best <= lower_bound ? 0 : (best - lower_bound) / best; }
 };
 
 /// Indices of the trajectories that the start values can follow and that do not depend on masses.
@@ -81,15 +88,16 @@ class LengthBoundSearch {
   /// Bounds boxes until the gap is closed, nothing is left to divide, the boxes or the time are used up.
   /// @param interrupted asked after every box
   void run(const std::function<bool()>& interrupted);
-  /// A design of another search: x in the study's order, its mass [kg].
+  /// A design of another search: x in the study's order, with sizes and numbers of elements that are allowed; its mass
+  /// [kg].
   void add_design(const VectorX& x, double mass);
   /// Whether more time cannot tell more.
   bool is_finished() const;
   LengthBound result() const;
 
  private:
-  class Tree;
-  std::unique_ptr<Tree> tree_;
+  class Trees;
+  std::unique_ptr<Trees> trees_;
 };
 
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,

@@ -5,13 +5,15 @@
 #include "balance/synthesis/certificate/special_geometry.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace balance::certificate {
 namespace {
 
-/// Relative: sums of mass limits are exceeded by more only if nothing balances.
-constexpr double mass_sum_tolerance = 1e-12;
+/// Relative to the fixed masses' terms: residuals of conditions that count as met.
+constexpr double residual_tolerance = 1e-10;
 
 class GeometryLister {
  public:
@@ -25,7 +27,7 @@ class GeometryLister {
     if (result_.reason = reading.reason; !reading.linkage) return std::move(result_);
     SpecialGeometries special = find_special_geometries(*reading.linkage, box);
     result_.uncovered = std::move(special.uncovered);
-    result_.reason = add("general lengths", {}, std::move(*reading.linkage), nullptr, box);
+    result_.reason = add(general_lengths_name, {}, std::move(*reading.linkage), nullptr, box);
     if (!result_.reason.empty()) return std::move(result_);
     for (const SpecialGeometry& geometry : special.geometries) {
       LinkageReading own = read_linkage(space_, geometry.substitution);
@@ -71,13 +73,26 @@ class GeometryLister {
     const auto is_positive = [&](const LengthPolynomial& scale) { return enclose_range(scale, box).first > 0; };
     if (!std::all_of(geometry.dual.positive.begin(), geometry.dual.positive.end(), is_positive))
       return "a length may vanish";
-    std::tie(geometry.min_value, geometry.max_value) = enclose_range(geometry.linkage.fixed_size, box);
+    std::tie(geometry.min_value, geometry.max_fixed_size) = enclose_range(geometry.linkage.fixed_size, box);
+    geometry.impossibility_margin = residual_tolerance * max_multiplier * fixed_moment(geometry.dual, box);
+    geometry.max_value = geometry.max_fixed_size + geometry.impossibility_margin;
     for (const FreeCounterweight& counterweight : geometry.linkage.counterweights) {
       geometry.min_value += counterweight.lower * (1 - mass_sum_tolerance);
       geometry.max_value += counterweight.upper * (1 + mass_sum_tolerance);
     }
     result_.geometries.push_back(std::move(geometry));
     return {};
+  }
+
+  /// Largest coefficient of the fixed masses' height [kg].
+  static double fixed_moment(const VirtualLinkage& dual, const LengthBox& box) {
+    double largest = 0;
+    for (const LengthPolynomial& coefficient : dual.fixed_masses.coefficients) {
+      const auto [low, high] = enclose_range(coefficient, box);
+      largest = std::max({largest, std::abs(low), std::abs(high)});
+    }
+    const double scale = enclose_range(dual.fixed_masses.scale, box).first;
+    return scale > 0 ? largest / scale : std::numeric_limits<double>::infinity();
   }
 
   /// General lengths must have the conditions that the library derives. Where an expression of the spec makes all

@@ -2,9 +2,14 @@
 /// The geometries over which lengths are bounded: general lengths, and each special geometry with its own closures.
 
 #include "balance/synthesis/certificate/assembly_conditions.hpp"
+#include "balance/synthesis/certificate/box_program.hpp"
 #include "balance/synthesis/certificate/virtual_linkage.hpp"
 
 namespace balance::certificate {
+
+/// Relative: sums of mass limits are exceeded by more only if nothing balances.
+inline constexpr double mass_sum_tolerance = 1e-12;
+inline constexpr const char* general_lengths_name = "general lengths";
 
 struct LengthGeometry {
   std::string name;
@@ -14,6 +19,9 @@ struct LengthGeometry {
   std::vector<LengthCondition> conditions;  ///< that all its lengths meet
   LengthBox box;
   double min_value = 0, max_value = 0;  ///< of the objective within the mass limits [kg]
+  /// The same without free counterweights, and by how much a bound must exceed all limits to show that nothing
+  /// balances: conditions that are met but for round-off can have a bound [kg].
+  double max_fixed_size = 0, impossibility_margin = 0;
 };
 
 struct LengthGeometries {

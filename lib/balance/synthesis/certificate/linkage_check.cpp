@@ -164,7 +164,7 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
   double most = 0;
   for (const FreeCounterweight& counterweight : linkage.counterweights) most += counterweight.upper;
   std::mt19937_64 random(1);
-  std::vector<bool> upper_limits(linkage.counterweights.size(), false);
+  std::vector<MassLimits> limits = list_mass_limits(linkage);
   int compared = 0;
   for (int trial = 0; trial < max_trials && compared < compared_lengths; ++trial) {
     VectorX x = space.start_values();
@@ -183,7 +183,7 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     }
     if (!own) continue;
     ++compared;
-    const double bound = program.bound({x, x}, {}, upper_limits).bound;
+    const double bound = program.bound({x, x}, {}, limits).bound;
     const double fixed = linkage.fixed_size.evaluate(x).real();
     const bool agrees =
         std::isinf(*own) ? bound > fixed + most : std::abs(bound - *own) <= agreement_tolerance * (1 + std::abs(*own));

@@ -52,7 +52,6 @@ void check_request(const DesignSpace& space) {
       request.minimize[0].weight != 1)
     throw NotPolynomial("the objective is neither the added mass nor the total mass");
   if (request.cases.size() > 1 || !request.cases.numbers.empty()) throw NotPolynomial("there are several load cases");
-  if (!request.cardinality.empty()) throw NotPolynomial("elements may be left out");
   if (!mechanism.constraints.empty()) throw NotPolynomial("its speeds are constrained");
   for (const auto& joint : mechanism.joints)
     if (joint.type != JointType::revolute && joint.type != JointType::prismatic && joint.type != JointType::fixed &&
@@ -558,14 +557,23 @@ class LinkageReader {
     return number >= 0 && uses_[static_cast<std::size_t>(number)] == 1 ? number : -1;
   }
 
+  /// One with sizes is bounded like a length.
+  int own_coordinate(const LengthPolynomial& p) {
+    const int number = own_number(p);
+    if (number < 0 || free_number(number).discrete_values.empty()) return number;
+    linkage_.sized_places.push_back(number);
+    return -1;
+  }
+
   const FreeNumber& free_number(int index) const { return space_.start.free_numbers[static_cast<std::size_t>(index)]; }
 
   void add_point_mass(FreeCounterweight counterweight, const PointMass& read, bool is_counterweight) {
     const auto& [mass, place] = read;
     if (counterweight.body == ground && counterweight.disc < 0) return;
     const int mass_number = own_number(mass);
+    const std::array<int, 2> place_numbers{own_coordinate(place[0]), own_coordinate(place[1])};
     const auto constant_mass = mass.constant_value();
-    if (mass_number < 0 && (!constant_mass || (own_number(place[0]) < 0 && own_number(place[1]) < 0))) {
+    if (mass_number < 0 && (!constant_mass || (place_numbers[0] < 0 && place_numbers[1] < 0))) {
       add_mass({counterweight.body, place[0] + place[1] * imaginary_unit, mass}, is_counterweight);
       return;
     }
@@ -575,10 +583,10 @@ class LinkageReader {
     counterweight.lower = mass_number < 0 ? constant_mass->real() : free_number(mass_number).lower;
     counterweight.upper = mass_number < 0 ? constant_mass->real() : free_number(mass_number).upper;
     if (!(counterweight.lower >= 0)) throw NotPolynomial(counterweight.name + " may have a negative mass");
+    counterweight.place_numbers = place_numbers;
     std::array<std::vector<LengthPolynomial>, 2> ends;
     for (std::size_t i = 0; i < 2; ++i) {
-      const int number = own_number(place[i]);
-      counterweight.place_numbers[i] = number;
+      const int number = place_numbers[i];
       if (number < 0)
         ends[i] = {place[i]};
       else
@@ -617,7 +625,13 @@ VectorSum operator*(const VectorSum& sum, const LengthPolynomial& factor) {
 }
 
 bool has_free_lengths(const PlanarLinkage& linkage) {
-  const auto varies = [](const LengthPolynomial& p) { return !p.constant_value(); };
+  const auto varies = [&](const LengthPolynomial& p) {
+    for (int number = 0; number < linkage.variables; ++number)
+      if (p.has_variable(number) &&
+          std::find(linkage.sized_places.begin(), linkage.sized_places.end(), number) == linkage.sized_places.end())
+        return true;
+    return false;
+  };
   for (const LoopClosure& closure : linkage.closures)
     for (const auto& [body, coefficient] : closure.links)
       if (varies(coefficient)) return true;

@@ -88,10 +88,11 @@ struct PlanarLinkage {
   std::optional<LoopClosure> tool;  ///< position of the tool point, with the ground's constant
   std::vector<CarriedMass> masses;  ///< of bodies, payloads, and of discs and counterweights with fixed masses
   std::vector<FreeCounterweight> counterweights;
-  LengthPolynomial fixed_size;  ///< what the objective counts besides the free counterweights [kg]
+  std::vector<int> sized_places;  ///< free numbers that are coordinates of counterweights, with sizes
+  LengthPolynomial fixed_size;    ///< what the objective counts besides the free counterweights [kg]
 };
 
-/// Whether closures, masses or places depend on any free number.
+/// Whether closures, masses or places depend on any free number, sizes of counterweights' coordinates apart.
 bool has_free_lengths(const PlanarLinkage& linkage);
 
 struct LinkageReading {

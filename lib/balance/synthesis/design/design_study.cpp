@@ -257,23 +257,6 @@ class InterruptMonitor {
   std::optional<double> interrupt_time_;
 };
 
-std::string join(const std::vector<std::string>& items) {
-  std::string text;
-  for (std::size_t i = 0; i < items.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == items.size() ? " and " : ", ") + items[i];
-  return text;
-}
-
-/// What the bound over all lengths proves, and for which geometries.
-std::string length_bound_note(const LengthBound& bound) {
-  std::string text = bound.is_impossible()
-                         ? fmt::format("proved impossible for {}", join(bound.geometries))
-                         : fmt::format("no lengths within the bounds need less than {:.6g} kg, proved for {}",
-                                       bound.lower_bound, join(bound.geometries));
-  if (!bound.uncovered.empty()) text += "; not covered: " + join(bound.uncovered);
-  return text;
-}
-
 DesignReport compute_design_report(const DesignSpace& spec_space, const DesignStudyOptions& options) {
   if (spec_space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
@@ -290,7 +273,6 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
   } else {
     const DesignProblem problem = make_design_problem(space, options);
     report.outcome = design::solve_with_length_bound(space, options, problem, report.length_bound);
-    if (report.length_bound) report.notes.push_back(length_bound_note(*report.length_bound));
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
 

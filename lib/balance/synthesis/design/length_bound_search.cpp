@@ -4,8 +4,11 @@
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::design {
 
@@ -21,49 +24,85 @@ constexpr double max_compromise_seconds = 2;
 constexpr double min_second_seconds = 3;
 /// Time for the masses at lengths that the bound found, even if the others have used up theirs [s].
 constexpr double min_completion_seconds = 1;
+/// Time to find how many elements are needed, where the requested number is too small [s].
+constexpr double max_count_seconds = 1;
+/// Part of the time for designs in other assembly modes, and its limit [s].
+constexpr double other_mode_fraction = 0.2, max_other_mode_seconds = 4;
+/// Relative: by how much a design in another assembly mode must be lighter to be told of.
+constexpr double min_mode_gain = 1e-4;
 constexpr long max_bounded_boxes = 20'000;
-/// Relative: the bound is not raised any more.
-constexpr double closed_gap = 1e-8;
+/// Relative: the bound is not raised any more, and a design that is as near to it is the answer.
+constexpr double closed_gap = 1e-8, reached_gap = 1e-7;
 /// Relative: a design that is lighter than the bound by more is of a geometry that it does not cover.
 constexpr double refutation_tolerance = 1e-6;
 
-/// The spec's request with what the options replace; none if lengths cannot be bounded with them.
-std::optional<DesignSpace> requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
-  const bool has_sizes = std::any_of(space.start.free_numbers.begin(), space.start.free_numbers.end(),
-                                     [](const FreeNumber& number) { return !number.discrete_values.empty(); });
-  if (options.is_modular || !options.excluded.empty() || has_sizes) return std::nullopt;
+/// The spec's request with what the options replace.
+DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignSpace requested = space;
   if (!options.goals.empty()) requested.start.design.goals = options.goals;
   if (!options.minimize.empty()) {
     requested.start.design.minimize = options.minimize;
     requested.start.design.front = {};
   }
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
-  if (!reading.linkage || !certificate::has_free_lengths(*reading.linkage)) return std::nullopt;
   return requested;
+}
+
+/// Why lengths are not bounded, whatever the linkage; empty: they may be.
+std::string find_obstacle(const DesignStudyOptions& options) {
+  if (options.is_modular) return "the conditions are those of the modular strategy";
+  if (!options.excluded.empty()) return "parts of the mechanism are left out";
+  return "";
+}
+
+double other_mode_seconds(const DesignProblem& problem) {
+  return std::min(max_other_mode_seconds, other_mode_fraction * problem.search.max_time);
+}
+
+std::vector<certificate::ElementChoice> list_choices(const DesignProblem& problem) {
+  std::vector<certificate::ElementChoice> choices;
+  for (const CardinalityConstraint& constraint : problem.cardinality_constraints) {
+    certificate::ElementChoice choice{{}, constraint.max_count};
+    for (const OptionalElement& element : constraint.elements)
+      choice.elements.push_back({element.variables, element.own_variables});
+    choices.push_back(std::move(choice));
+  }
+  return choices;
+}
+
+/// Kept elements of the choices that ask for as few as possible.
+int count_least_elements(const DesignProblem& problem, const VectorX& x) {
+  int count = 0;
+  for (const CardinalityConstraint& choice : problem.cardinality_constraints)
+    for (const OptionalElement& element : choice.elements)
+      count += choice.max_count < 0 &&
+                       std::any_of(element.variables.begin(), element.variables.end(), [&](int i) { return x[i] != 0; })
+                   ? 1
+                   : 0;
+  return count;
 }
 
 /// The bound and the search in turns, within the time of the design.
 class BoundedSearch {
  public:
   BoundedSearch(const DesignSpace& space, const DesignProblem& problem)
-      : problem_(problem),
+      : space_(space),
+        problem_(problem),
+        max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
         judge_(make_length_design_judge(space)),
-        bound_(space, *judge_, bound_options(space)),
+        bound_(space, *judge_, bound_options()),
         start_time_(thread_cpu_time()) {}
 
   DesignOutcome solve() {
     raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
-    if (const LengthBound first = bound_.result(); has_closed_gap(first)) {
+    if (const LengthBound first = bound_.result(); is_reached(first)) {
       DesignOutcome outcome = solve_at_lengths(first.design);
-      if (is_design(outcome) && outcome.objective <= first.best * (1 + closed_gap)) return outcome;
+      if (reaches(outcome, first)) return outcome;
     }
     DesignOutcome outcome = search();
     const LengthBound last = bound_.result();
-    if (last.design.size() == 0 || (is_design(outcome) && outcome.objective <= last.best * (1 + closed_gap)))
-      return outcome;
+    if (last.design.size() == 0 || reaches(outcome, last)) return outcome;
     DesignOutcome lighter = solve_at_lengths(last.design);
-    if (!is_design(lighter) || (is_design(outcome) && !(lighter.objective < outcome.objective))) return outcome;
+    if (!is_design(lighter) || (is_design(outcome) && !is_better(lighter, outcome))) return outcome;
     lighter.effort = outcome.effort;
     lighter.search_summary = outcome.search_summary;
     lighter.optimality = outcome.optimality;
@@ -72,21 +111,49 @@ class BoundedSearch {
 
   LengthBound bound() const { return bound_.result(); }
 
+  /// How many elements suffice, if the requested numbers do not.
+  std::optional<LengthBound> find_required_count() {
+    LengthBoundOptions options = bound_options();
+    for (certificate::ElementChoice& choice : options.choices) choice.max_count = -1;
+    if (options.choices.empty() || is_interrupted_) return std::nullopt;
+    LengthBoundSearch least(space_, *judge_, options);
+    const double end = elapsed() + max_count_seconds;
+    least.run([&] { return elapsed() > end || std::isfinite(least.result().best); });
+    LengthBound found = least.result();
+    if (!found.reason.empty() || found.design.size() == 0) return std::nullopt;
+    return found;
+  }
+
  private:
-  static LengthBoundOptions bound_options(const DesignSpace& space) {
+  LengthBoundOptions bound_options() const {
     LengthBoundOptions options;
     options.max_nodes = max_bounded_boxes;
     options.gap_tolerance = closed_gap;
-    options.required_trajectories = list_followed_trajectories(space);
+    options.required_trajectories = list_followed_trajectories(space_);
+    options.choices = list_choices(problem_);
     return options;
   }
 
-  static bool has_closed_gap(const LengthBound& bound) {
-    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= closed_gap;
+  static bool is_reached(const LengthBound& bound) {
+    return bound.reason.empty() && bound.design.size() > 0 && bound.gap() <= reached_gap &&
+           (bound.count < 0 || bound.is_count_proved);
+  }
+
+  /// Whether an outcome is as good as the best design of the bound.
+  bool reaches(const DesignOutcome& outcome, const LengthBound& bound) const {
+    if (!is_design(outcome)) return false;
+    const int count = bound.count < 0 ? bound.count : count_least_elements(problem_, outcome.x);
+    return count < bound.count || (count == bound.count && outcome.objective <= bound.best * (1 + reached_gap));
+  }
+
+  /// Both are designs: fewer elements come first.
+  bool is_better(const DesignOutcome& one, const DesignOutcome& other) const {
+    const int count = count_least_elements(problem_, one.x), others = count_least_elements(problem_, other.x);
+    return count < others || (count == others && one.objective < other.objective);
   }
 
   double elapsed() const { return thread_cpu_time() - start_time_; }
-  double remaining() const { return std::max(0.0, problem_.search.max_time - elapsed()); }
+  double remaining() const { return std::max(0.0, max_time_ - elapsed()); }
 
   void raise_bound(double seconds) {
     const double end = elapsed() + seconds;
@@ -102,7 +169,8 @@ class BoundedSearch {
     const LengthBound known = bound_.result();
     DesignProblem from_best = problem_;
     if (known.design.size() > 0) set_start(from_best, known.design);
-    if (known.reason.empty() && std::isfinite(known.lower_bound)) from_best.proved_lower_bound = known.lower_bound;
+    if (known.reason.empty() && known.count < 0 && std::isfinite(known.lower_bound))
+      from_best.proved_lower_bound = known.lower_bound;
     const bool is_decided = !known.reason.empty() || bound_.is_finished();
     from_best.search.max_time = known.is_impossible() ? std::min(remaining(), max_compromise_seconds)
                                 : is_decided          ? remaining()
@@ -128,10 +196,17 @@ class BoundedSearch {
     for (const int i : geometric_variables(context)) {
       DesignVariable& length = fixed.variables[static_cast<std::size_t>(i)];
       length.lower = length.upper = length.start;
+      length.discrete_values.clear();
+      for (DifferentNumbers& different : fixed.all_different)
+        if (std::erase(different.numbers, i) > 0) different.taken.push_back(length.start);
     }
     DesignOutcome outcome = solve_design(fixed);
     complete_design(problem_, std::max(remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
+    // what is proved at these lengths says nothing about others
+    outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
+    if (outcome.optimality == Optimality::proved_global) outcome.optimality = Optimality::local_optimum;
+    if (outcome.selection) outcome.selection->is_min_count_proved = false;
     return outcome;
   }
 
@@ -146,39 +221,126 @@ class BoundedSearch {
       outcome.residuals_before = scaled_residuals(conditions, term_values(start, problem_.options.loose_springs));
   }
 
+  const DesignSpace& space_;
   const DesignProblem& problem_;
+  double max_time_;
   std::unique_ptr<LengthDesignJudge> judge_;
   LengthBoundSearch bound_;
   double start_time_;
   bool is_interrupted_ = false;
 };
 
+/// Why no lengths meet the conditions.
+/// @param required as BoundedSearch::find_required_count
+std::string describe_impossibility(const DesignProblem& problem, const std::optional<LengthBound>& required) {
+  if (problem.cardinality_constraints.empty())
+    return "no masses and places within the bounds of the free numbers meet the conditions, at any lengths";
+  int count = 0;
+  std::string kinds;
+  bool has_limit = true;
+  for (const CardinalityConstraint& choice : problem.cardinality_constraints) {
+    has_limit = has_limit && choice.max_count >= 0;
+    count += choice.max_count;
+    kinds += (kinds.empty() ? "" : " and ") + choice.kind;
+  }
+  if (!has_limit) return fmt::format("no set of {} meets the conditions, at any lengths", kinds);
+  const std::string text = fmt::format("no set of {} {} meets the conditions, at any lengths", count, kinds);
+  if (!required) return text;
+  return fmt::format("{}; a set of {} does{}", text, required->count,
+                     required->is_count_proved ? ", and none smaller" : "");
+}
+
+/// Number of elements that is needed, as far as bound and search show it.
 /// @return whether the bound agrees with the outcome
-bool apply_bound(const LengthBound& bound, DesignOutcome& outcome) {
+bool apply_count(const LengthBound& bound, int count, ElementSelection& selection) {
+  if (count < bound.count) return !bound.is_count_proved;
+  if (count > bound.count) return true;
+  selection.min_count = count;
+  selection.is_min_count_proved = bound.is_count_proved;
+  return true;
+}
+
+/// @return whether the bound agrees with the outcome
+bool apply_bound(const DesignProblem& problem, const LengthBound& bound, const std::optional<LengthBound>& required,
+                 DesignOutcome& outcome) {
   const bool has_design = is_design(outcome) && outcome.status == DesignStatus::balanced;
   if (bound.is_impossible()) {
     if (has_design) return false;
     if (outcome.status != DesignStatus::compromise) return true;
     outcome.status = DesignStatus::infeasible;
     outcome.is_proved_infeasible = true;
-    outcome.reason = "no masses and places within the bounds of the free numbers meet the conditions, at any lengths";
+    outcome.reason = describe_impossibility(problem, required);
+    if (required && outcome.selection) {
+      outcome.selection->min_count = required->count;
+      outcome.selection->is_min_count_proved = required->is_count_proved;
+    }
     return true;
   }
   if (!has_design) return true;
+  if (bound.count >= 0 && outcome.selection) {
+    const int count = count_least_elements(problem, outcome.x);
+    if (!apply_count(bound, count, *outcome.selection)) return false;
+    if (count != bound.count) return true;
+  }
   if (outcome.objective < bound.lower_bound * (1 - refutation_tolerance)) return false;
   raise_lower_bound(outcome, bound.lower_bound);
   return true;
+}
+
+/// Tells of a lighter design in another assembly mode, which the bound covers but the design is not allowed to take.
+std::string other_mode_note(const DesignSpace& held, const DesignProblem& problem, const DesignOutcome& outcome) {
+  DesignSpace space = held;
+  space.assembly_mode = nullptr;
+  const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
+  LengthBoundOptions options;
+  options.gap_tolerance = min_mode_gain;
+  options.required_trajectories = list_followed_trajectories(space);
+  options.choices = list_choices(problem);
+  LengthBoundSearch search(space, *judge, options);
+  const double end = thread_cpu_time() + other_mode_seconds(problem);
+  search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
+  const LengthBound found = search.result();
+  if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
+  if (found.count >= 0 && found.count != count_least_elements(problem, outcome.x)) return "";
+  if (held.instantiate(found.design).mode_issue.empty()) return "";
+  SearchBudget budget(1, {});
+  const SolverContext context(problem, budget);
+  std::string lengths;
+  for (const int i : geometric_variables(context))
+    lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
+                           problem.variables[static_cast<std::size_t>(i)].name, found.design[i]);
+  return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
+                     found.best, lengths);
 }
 
 }  // namespace
 
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound) {
-  const std::optional<DesignSpace> requested = requested_space(space, options);
-  if (!requested) return solve_design(problem);
-  BoundedSearch search(*requested, problem);
-  DesignOutcome outcome = search.solve();
-  if (LengthBound found = search.bound(); found.reason.empty() && apply_bound(found, outcome)) bound = std::move(found);
+  const DesignSpace requested = requested_space(space, options);
+  LengthBound found;
+  found.reason = find_obstacle(options);
+  DesignOutcome outcome;
+  if (found.reason.empty()) {
+    const certificate::LinkageReading reading = certificate::read_linkage(requested);
+    found.reason = reading.reason;
+    if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) found.reason = "no length is free";
+  }
+  if (found.reason.empty()) {
+    BoundedSearch search(requested, problem);
+    outcome = search.solve();
+    found = search.bound();
+    std::optional<LengthBound> required;
+    if (found.is_impossible()) required = search.find_required_count();
+    if (found.reason.empty() && !apply_bound(problem, found, required, outcome))
+      found.reason = "a design was found that is lighter than its bound";
+    if (requested.assembly_mode && is_design(outcome) && outcome.gap() > min_mode_gain * outcome.objective)
+      if (std::string note = other_mode_note(requested, problem, outcome); !note.empty())
+        outcome.notes.push_back(std::move(note));
+  } else {
+    outcome = solve_design(problem);
+  }
+  if (found.reason.empty() || outcome.method == DesignMethod::geometric) bound = std::move(found);
   return outcome;
 }
 

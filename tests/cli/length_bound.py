@@ -1,0 +1,87 @@
+"""`balance design` with free lengths says how good its design is, for which lengths that is proved, and why not."""
+
+import json
+import os
+import random
+import unittest
+
+import h5py
+
+from _program import Case, run, unwrapped
+
+SPECS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "certificate", "specs")
+
+# optimum [kg], and the gap that ten seconds must reach
+KNOWN = {"four_hi_4": (1.43994, 1e-6), "four_box_1": (0.879082, 1e-6), "four_fix21": (1.62062, 1e-6), "five_box_1": (7.34350, 1e-4),
+         "watt_box_1": (3.08961, 1e-4)}
+
+
+def spec(name):
+    return os.path.join(SPECS, f"{name}.yaml")
+
+
+class LengthBounds(Case):
+    def design(self, path, *options, code=0):
+        done = run("design", path, "--json", "--seconds", "10", *options)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_published_optima_are_reached_and_the_bound_says_so(self):
+        for name, (optimum, gap) in KNOWN.items():
+            with self.subTest(name):
+                found = self.design(spec(name))
+                bound = found["length_bound"]
+                self.assertAlmostEqual(found["objective"]["value"], optimum, delta=1e-5 * optimum)
+                self.assertLessEqual(bound["relative_gap"], gap)
+                self.assertLessEqual(found["objective"]["lower_bound"], found["objective"]["value"])
+                self.assertEqual(found["optimality"], "proved-best")
+                self.assertIn(bound["coverage"], unwrapped(run("design", spec(name), "--seconds", "10").stdout))
+
+    def test_no_other_lengths_are_better(self):
+        for name in KNOWN:
+            found = self.design(spec(name))
+            lengths = [n for n in found["free_numbers"] if n["path"].startswith("parameters.")]
+            dice = random.Random(name)
+            for _ in range(3):
+                fixed = [f"{n['path'].split('.')[1]}={dice.uniform(n['lower'], n['upper'])!r}" for n in lengths]
+                there = run("design", spec(name), "--json", *(word for one in fixed for word in ("--set", one)))
+                if there.returncode == 0 and json.loads(there.stdout)["status"] == "balanced":
+                    value = json.loads(there.stdout)["objective"]["value"]
+                    self.assertGreaterEqual(value, found["length_bound"]["lower_bound"] * (1 - 1e-9), fixed)
+
+    def test_mass_limits_that_no_lengths_can_keep_are_impossible(self):
+        for name in ("five_hi_3", "watt_hi_3"):
+            found = self.design(spec(name), code=1)
+            self.assertEqual((found["status"], found["proved"]), ("impossible", True))
+            self.assertTrue(found["length_bound"]["impossible"])
+            self.assertIn("at any lengths", found["reason"])
+
+    def test_it_says_what_it_does_not_cover_and_why_there_is_no_bound(self):
+        self.assertEqual(self.design(spec("five_box_1"))["length_bound"]["not_covered"], [])
+        self.assertNotEqual(self.design(spec("watt_box_1"))["length_bound"]["not_covered"], [])
+        with open(spec("four_box_1"), encoding="utf-8") as file:
+            text = file.read()
+        simple = self.write("simple.yaml", text.replace("minimize: added-mass", "minimize: added-inertia"))
+        bound = self.design(simple, "--starts", "1")["length_bound"]
+        self.assertEqual(list(bound), ["reason"])
+        self.assertIn("added mass", bound["reason"])
+
+    def test_bound_and_best_approach_each_other(self):
+        progress = self.design(spec("five_box_1"))["length_bound"]["progress"]
+        for before, after in zip(progress, progress[1:]):
+            self.assertLessEqual(before["seconds"], after["seconds"])
+            self.assertLessEqual(before["lower_bound"], after["lower_bound"] * (1 + 1e-12))
+            if before["best"] is not None:
+                self.assertLessEqual(after["best"], before["best"])
+
+    def test_the_design_file_has_it(self):
+        file = self.path("design.h5")
+        self.assert_quiet_success(run("design", spec("four_hi_4"), "--h5", file, "-q"))
+        with h5py.File(file) as written:
+            bound = written["length_bound"]
+            self.assertEqual(list(bound.attrs["covers"]), ["general lengths"])
+            self.assertAlmostEqual(bound["lower_bound"][-1], 1.43994, places=5)
+
+
+if __name__ == "__main__":
+    unittest.main()
