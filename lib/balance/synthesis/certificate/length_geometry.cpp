@@ -66,7 +66,7 @@ class GeometryLister {
       linkage.closures = special->closures;
       for (LoopClosure& closure : linkage.closures) substitute(substitution, closure);
     }
-    VirtualLinkageResult dual = make_virtual_linkage(linkage, box.middle());
+    VirtualLinkageResult dual = make_virtual_linkage(linkage, box);
     if (!dual.linkage) return dual.reason;
     geometry.linkage = std::move(linkage);
     geometry.dual = std::move(*dual.linkage);

@@ -48,6 +48,7 @@ class GeometryFinder {
     }
     for (unsigned set = 1; set < (1U << loops_.size()); ++set) add_geometry(set);
     note_other_geometries();
+    note_vanishing_links();
     return std::move(result_);
   }
 
@@ -274,6 +275,19 @@ class GeometryFinder {
             may_be_equal(loop.sides.at(r), loop.sides.at(s), box_))
           note(loop_name(loop) + " folded to a kite of which two links turn as one");
     }
+  }
+
+  /// A joint of two links that coincides with the next frees one of them. Beside its own slide a link has an offset only.
+  void note_vanishing_links() {
+    for (const LoopClosure& closure : linkage_.closures)
+      for (const auto& [vector, coefficient] : closure.links) {
+        const auto is_own_slide = [&, own = vector](const auto& link) { return slides_along(link.first) == own; };
+        if (slides_along(vector) >= 0 || std::any_of(closure.links.begin(), closure.links.end(), is_own_slide))
+          continue;
+        const auto form = find_polar_form(coefficient);
+        if (may_be_zero(form ? form->size : squared(coefficient), box_))
+          note("joints of " + linkage_.vectors[static_cast<std::size_t>(vector)].name + " that coincide");
+      }
   }
 
   /// All vectors are linear in the direction of one link, its conjugate, and 1, whatever the lengths are.

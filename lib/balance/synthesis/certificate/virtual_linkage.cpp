@@ -15,11 +15,11 @@ void add(UnknownSum& sum, const UnknownSum& other, const LengthPolynomial& facto
 
 class VirtualLinkageBuilder {
  public:
-  VirtualLinkageBuilder(const PlanarLinkage& linkage, const VectorX& lengths)
-      : linkage_(linkage), lengths_(lengths), vectors_(linkage.vectors.size()) {}
+  VirtualLinkageBuilder(const PlanarLinkage& linkage, const LengthBox& box)
+      : linkage_(linkage), box_(box), vectors_(linkage.vectors.size()) {}
 
   VirtualLinkageResult build() {
-    if (!choose_pivots()) return {{}, "a loop has no link of its own to be solved for"};
+    if (!choose_pivots()) return {{}, "a loop has no link of its own whose length cannot vanish"};
     choose_scales();
     introduce_unknowns();
     solve_closures();
@@ -38,7 +38,7 @@ class VirtualLinkageBuilder {
     for (std::size_t k = 1; k < vectors_; ++k) result.positive.push_back(scales_[k]);
     for (const LengthPolynomial& divisor : linkage_.divisors) {
       const auto form = positive_polar_form(divisor);
-      if (!form) return {{}, "its loops cannot be told apart"};
+      if (!form) return {{}, "a link that several loops share may vanish"};
       result.positive.push_back(form->size);
     }
     return {std::move(result), {}};
@@ -55,12 +55,16 @@ class VirtualLinkageBuilder {
     return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}};
   }
 
-  /// With a size that is positive at the given lengths.
+  /// With a size that is positive on the box; none if it may vanish.
   std::optional<PolarForm> positive_polar_form(const LengthPolynomial& p) const {
     auto form = find_polar_form(p);
-    if (form && form->size.evaluate(lengths_).real() < 0) {
+    if (!form) return {};
+    const auto [low, high] = enclose_range(form->size, box_);
+    if (high < 0) {
       form->unit = -form->unit;
       form->size = -form->size;
+    } else if (!(low > 0)) {
+      return {};
     }
     return form;
   }
@@ -205,7 +209,7 @@ class VirtualLinkageBuilder {
   }
 
   const PlanarLinkage& linkage_;
-  const VectorX& lengths_;
+  const LengthBox& box_;
   std::size_t vectors_;
   int unknowns_ = 0;
   std::vector<int> pivots_;  ///< per closure: the vector it is solved for
@@ -217,8 +221,8 @@ class VirtualLinkageBuilder {
 
 }  // namespace
 
-VirtualLinkageResult make_virtual_linkage(const PlanarLinkage& linkage, const VectorX& lengths) {
-  return VirtualLinkageBuilder(linkage, lengths).build();
+VirtualLinkageResult make_virtual_linkage(const PlanarLinkage& linkage, const LengthBox& box) {
+  return VirtualLinkageBuilder(linkage, box).build();
 }
 
 }  // namespace balance::certificate

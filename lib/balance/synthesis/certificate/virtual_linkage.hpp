@@ -2,16 +2,17 @@
 /// The dual of the least added mass at given lengths: a virtual linkage.
 ///
 /// The least mass that balances a linkage is a linear program in the counterweights' masses and first moments. Its dual
-/// has one complex number η_k per body, a direction of any magnitude, with Σ_k L_jk η_k = 0 in every loop (the ground's
-/// vectors vanish). A place q on body k then has the virtual height
+/// has one complex number η_k per moving vector, a direction of any magnitude, with Σ_k L_jk η_k = 0 in every closure (the
+/// ground's vectors vanish). A place q on a body with direction k then has the virtual height
 ///
-///     h_k(q) = Re(Σ_i R_ki η_i + q η_k),
+///     h(q) = Re(Σ_i R_i η_i + q η_k),
 ///
 /// and if h ≤ 1 at every corner of every counterweight's box, no counterweights lighter than −Σ m h over the fixed
 /// masses balance the linkage. With the unknowns w_k = s_k η_k, where s_k is the length of link k, and after each
-/// loop's equation is solved for one of its links, every such inequality times a product of lengths is polynomial in
+/// closure is solved for one of its vectors, every such inequality times a product of lengths is polynomial in
 /// the lengths and linear in w.
 
+#include "balance/synthesis/certificate/bernstein_form.hpp"
 #include "balance/synthesis/certificate/loop_closures.hpp"
 
 namespace balance::certificate {
@@ -35,7 +36,7 @@ struct VirtualLinkageResult {
   std::string reason;  ///< as in LinkageReading
 };
 
-/// @param lengths within the region of interest: the signs of the scales there are positive
-VirtualLinkageResult make_virtual_linkage(const PlanarLinkage& linkage, const VectorX& lengths);
+/// @param box of lengths, on which all scales are positive
+VirtualLinkageResult make_virtual_linkage(const PlanarLinkage& linkage, const LengthBox& box);
 
 }  // namespace balance::certificate
