@@ -62,7 +62,6 @@ class FreeLengths(Case):
     def test_no_lengths_next_to_the_lightest_are_lighter(self):
         answer = self.design(self.write("free.yaml", links(FREE_LENGTHS)))
         self.assertEqual((answer["status"], answer["optimality"]), ("balanced", "proved-best"))
-        self.assertGreaterEqual(answer["search"]["same_end"], 3)
         numbers = [n for n in answer["free_numbers"] if n["path"].startswith("parameters.")]
         names = [n["path"].split(".")[1] for n in numbers]
         fixed = lambda values: ", ".join(f"{name}: {value!r}" for name, value in zip(names, values))
