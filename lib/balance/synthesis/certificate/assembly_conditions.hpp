@@ -3,6 +3,8 @@
 ///
 /// Where the directions of the driven links or the place of the tool are prescribed, a loop with two other links must
 /// close: L_p e_p + L_q e_q + v = 0 with a known vector v(l), which requires ||L_p| − |L_q|| ≤ |v| ≤ |L_p| + |L_q|.
+/// With one other link and a slide along a known direction, the link must reach the line: |L_p| ≥ the distance of v from
+/// it. A slide along the only other link, with the offset h of its line, requires |v| ≥ |h|.
 /// Other loops are left out, which only weakens a bound.
 
 #include "balance/synthesis/certificate/bernstein_form.hpp"
