@@ -1,6 +1,7 @@
 #include "balance/synthesis/certificate/linkage_check.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/foundation/numerics/linear_program.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
@@ -125,7 +126,7 @@ MatrixX row_basis(MatrixX rows) {
     const double size = rows.row(r).norm();
     if (size > 0) rows.row(r) /= size;
   }
-  const Eigen::JacobiSVD<MatrixX> svd(rows, Eigen::ComputeThinV);
+  const SingularValueDecomposition svd(rows, Eigen::ComputeThinV);
   const VectorX& values = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < values.size() && values[rank] > rank_tolerance * values[0]) ++rank;

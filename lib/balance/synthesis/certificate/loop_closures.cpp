@@ -1,5 +1,7 @@
 #include "balance/synthesis/certificate/loop_closures.hpp"
 
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/model/couplings.hpp"
 
 #include <Eigen/LU>
@@ -22,6 +24,8 @@ using Coefficient = LengthPolynomial::Coefficient;
 constexpr double gear_tolerance = 1e-9;
 /// Relative to its terms: what is left of a coefficient that cancels.
 constexpr double cancellation_tolerance = 1e-13;
+
+Coefficient unit_vector(double angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
 
 bool requires_force_balance(const Goal& goal) { return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic; }
 
@@ -271,19 +275,17 @@ class LinkageReader {
       const auto row = [&](int vector) {
         return vector == 0 ? Eigen::RowVectorXd::Zero(motions.cols()).eval() : motions.row(vector).eval();
       };
-      const auto alike = std::find_if(kept.begin(), kept.end(), [&](int other) {
-        return (own - row(other)).cwiseAbs().maxCoeff() < gear_tolerance;
-      });
+      const auto alike =
+          std::find_if(kept.begin(), kept.end(), [&](int other) { return max_abs(own - row(other)) < gear_tolerance; });
       if (alike != kept.end()) {
         replaced[k] = *alike;
-        factors[k] = std::polar(1.0, angle(k) - angle(*alike));
+        factors[k] = unit_vector(angle(k) - angle(*alike));
         continue;
       }
-      const auto against = std::find_if(kept.begin(), kept.end(), [&](int other) {
-        return (own + row(other)).cwiseAbs().maxCoeff() < gear_tolerance;
-      });
+      const auto against =
+          std::find_if(kept.begin(), kept.end(), [&](int other) { return max_abs(own + row(other)) < gear_tolerance; });
       if (against != kept.end() && linkage_.gravity_direction)
-        linkage_.opposites[k] = {*against, std::polar(1.0, angle(k) + angle(*against))};
+        linkage_.opposites[k] = {*against, unit_vector(angle(k) + angle(*against))};
       kept.push_back(k);
     }
     for (std::size_t body = 0; body < linkage_.directions.size(); ++body) {
@@ -310,7 +312,7 @@ class LinkageReader {
     if (solver.dimensionOfKernel() == 0) return;
     for (Eigen::Index c = 0; c < combinations.cols(); ++c) {
       const VectorX slides = equations.slides.transpose() * combinations.col(c);
-      if (slides.cwiseAbs().maxCoeff() < gear_tolerance) continue;
+      if (max_abs(slides) < gear_tolerance) continue;
       // the closures would have to be combined first: only one relation at a time is recognised
       if (combinations.cols() > 1) throw NotPolynomial("several couplings relate its slides");
       LoopClosure closure;
