@@ -168,6 +168,8 @@ class Tree {
       try_designs(node);
       if (node.bound >= result_.best)
         close(node);
+      else if (has_closed_gap(node.bound))
+        open_.push(std::move(node));
       else
         divide(std::move(node));
       note_progress();
@@ -204,8 +206,10 @@ class Tree {
 
   bool is_closed() const {
     const double lower = lower_bound();
-    return lower >= closed_bound_ ||
-           (std::isfinite(result_.best) && result_.best - lower <= options_.gap_tolerance * std::abs(result_.best));
+    return lower >= closed_bound_ || has_closed_gap(lower);
+  }
+  bool has_closed_gap(double bound) const {
+    return std::isfinite(result_.best) && result_.best - bound <= options_.gap_tolerance * std::abs(result_.best);
   }
 
   void note_progress() {
