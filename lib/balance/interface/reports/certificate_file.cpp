@@ -104,7 +104,6 @@ class CertificateFormatter {
       Json corners = Json::array();
       for (const VirtualHeight& corner : geometry.dual.corners[i]) corners.push_back(height(corner));
       counterweights.push_back({{"name", counterweight.name},
-                                {"body", geometry.linkage.body_names[static_cast<std::size_t>(counterweight.body)]},
                                 {"mass", {exact(counterweight.lower), exact(counterweight.upper)}},
                                 {"corners", corners}});
     }
