@@ -21,6 +21,7 @@
 using namespace balance;
 using namespace balance::certificate;
 
+namespace discrete_bound_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -279,3 +280,5 @@ TEST_CASE("lengths: a spec's choices must be stated to its bound") {
   const DesignSpace space = parse(read_spec_text("ch_watt_box_1_least"));
   CHECK(bound(space, 5, 1e-9).reason == "elements may be left out");
 }
+
+}  // namespace discrete_bound_test
