@@ -67,7 +67,7 @@ class ProofRecorder::Lister {
     if (part.parts.size() != 2) throw std::logic_error("the boxes of a bound do not prove it");
     const LengthBox& low = parts_[static_cast<std::size_t>(part.parts[0])].box;
     Eigen::Index length = 0;
-    (box.upper - low.upper).maxCoeff(&length);
+    while (!(low.upper[length] < box.upper[length])) ++length;
     add_split(box, static_cast<int>(length), low.upper[length]);
     for (const int child : part.parts) list(child, false);
   }
