@@ -70,16 +70,16 @@ class Certificate(Case):
         self.assertEqual(certificate["not_covered"], [])
         (box,) = bounded(certificate)
         self.assertEqual(box["affine"], [])
-        # w = (-1, -1): real and imaginary parts; the solver's tolerance
-        for (value,), expected in zip(box["w"], (-1, 0, -1, 0), strict=True):
+        # w = (-1, -2), of crank and rocker: real and imaginary parts; the solver's tolerance
+        for (value,), expected in zip(box["w"], (-1, 0, -2, 0), strict=True):
             self.assertAlmostEqual(float.fromhex(value), expected, delta=1e-8)
         # the sum over the links and the heights of the counterweights, as on the page
         w = [complex(float.fromhex(box["w"][i][0]), float.fromhex(box["w"][i + 1][0])) for i in (0, 2)]
         for a, b, c in itertools.product((0.1, 0.13, 0.14), (0.3, 0.4, 0.5), (0.2, 0.3, 0.4)):
-            moments = 2 * a * w[0] / 2 + 2 * b * (w[0] + w[1] / 2) + 2 * c * (w[0] + w[1]) / 2
+            moments = 2 * a * w[0] / 2 + 2 * b * (w[0] + w[1]) / 2 + 2 * c * w[1] / 2
             self.assertAlmostEqual(-moments.real, a + 3 * b + 2 * c, delta=1e-7)
             self.assertGreaterEqual(-moments.real, float.fromhex(certificate["lower_bound"]))
-            for height in (-0.1 * w[0].real / a, -0.1 * (w[0] + w[1]).real / c):
+            for height in (-0.1 * w[0].real / a, -0.1 * w[1].real / c):
                 self.assertLessEqual(height, 1)
 
     def test_a_bound_that_is_not_reached_is_proved_and_agrees_with_the_answer(self):
