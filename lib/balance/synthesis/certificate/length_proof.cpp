@@ -67,12 +67,7 @@ class ProofRecorder::Lister {
     }
     if (part.parts.size() != 2) throw std::logic_error("the boxes of a bound do not prove it");
     const LengthBox& low = parts_[static_cast<std::size_t>(part.parts[0])].box;
-<<<<<<< HEAD
     const Eigen::Index length = max_index(box.upper - low.upper);
-=======
-    Eigen::Index length = 0;
-    while (!(low.upper[length] < box.upper[length])) ++length;
->>>>>>> aee7916162041c51705cf83443ac8c4605a5bc7d
     add_split(box, static_cast<int>(length), low.upper[length]);
     for (const int child : part.parts) list(child, false);
   }
