@@ -43,6 +43,7 @@ Json length_bound_json(const std::optional<LengthBound>& bound) {
           {"lower_bound", bound->lower_bound},
           {"best", bound->best},
           {"relative_gap", relative_gap(*bound)},
+          {"count", bound->count < 0 ? Json(nullptr) : Json(bound->count)},
           {"impossible", bound->is_impossible()},
           {"covers", bound->geometries},
           {"not_covered", bound->uncovered},
