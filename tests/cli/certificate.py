@@ -62,8 +62,9 @@ class Certificate(Case):
 
     def test_the_example_of_the_page_has_the_numbers_that_are_derived_there_by_hand(self):
         page = text_of(os.path.join(PROJECT, "docs", "certificate.md"))
-        spec = self.write("four-bar.yaml", re.search(r"```yaml\n(.*?)```", page, re.DOTALL).group(1))
-        printed = re.search(r"check-certificate proof.json\n(.*?)```", page, re.DOTALL).group(1)
+        spec = length_spec("four_by_hand")
+        self.assertEqual(text_of(spec), re.search(r"```yaml\n(.*?)```", page, re.DOTALL).group(1))
+        printed = re.search(r"```text\n(.*?)```", page, re.DOTALL).group(1)
         self.assert_quiet_success(run("design", spec, "--certificate", self.path("proof.json"), "--quiet"))
         self.assertEqual(check(self.path("proof.json")).stdout, printed)
         certificate = self.read(self.path("proof.json"))

@@ -35,6 +35,7 @@ RUN_BY = {
     "cmake --build": "scripts/test",
     "ctest --preset": "scripts/test",
     "cmake --install": "tests/install/run.sh",
+    "scripts/check-certificate ": "tests/cli/certificate.py",
     "snakemake ": "tests/docs/test_cluster.py",
     "job=": "tests/docs/test_cluster.py",
     "sbatch ": "tests/docs/test_cluster.py",
