@@ -79,7 +79,8 @@ TEST_CASE("what is not proved the best shows what the least could be") {
   CHECK(design_text(view, one_line)
             .find("made up: balanced exactly for static\n3 conditions are met\n"
                   "added mass: 10.0000 kg; at least 8.00000 kg is needed\n"
-                  "optimality: local-best: the best of what was tried (6 starts), proved to be within 20 % of the best\n") == 0);
+                  "optimality: local-best: the best of what was tried (6 starts), proved to be within 20 % of the "
+                  "best\n") == 0);
   view.report.outcome.lower_bound = 1;  // says next to nothing
   CHECK(design_text(view, one_line).find("(6 starts), not shown to be the best\n") != std::string::npos);
 }
