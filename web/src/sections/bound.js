@@ -10,17 +10,17 @@ function steps(xs, ys) {
   return xs.flatMap((x, k) => (k === 0 ? [[x, ys[k]]] : [[x, ys[k - 1]], [x, ys[k]]]));
 }
 
-function chart(progress) {
+function chart(progress, name) {
   const seconds = progress.map((one) => one.seconds);
   const lines = [["bound", progress.map((one) => one.lower_bound)], ["best", progress.map((one) => one.best)]]
-    .map(([name, values]) => {
+    .map(([kind, values]) => {
       const known = values.map((value, k) => [seconds[k], value]).filter(([, value]) => value !== null);
-      return {name, xs: known.map(([x]) => x), ys: known.map(([, value]) => inShownUnit(value, "kg"))};
+      return {kind, xs: known.map(([x]) => x), ys: known.map(([, value]) => inShownUnit(value, "kg"))};
     });
   const all = lines.flatMap(({ys}) => ys);
-  return responsiveChart({xLabel: "computing time [s]", yLabel: `added mass${inBrackets("kg")}`, maxWidth: width, ratio: 0.4, draw: (wide, high) => {
+  return responsiveChart({xLabel: "computing time [s]", yLabel: name + inBrackets("kg"), maxWidth: width, ratio: 0.4, draw: (wide, high) => {
     const {grid, x, y} = frame({width: wide, height: high, range: {x: [0, Math.max(...seconds)], y: withRoom(all)}});
-    const drawn = lines.map(({name, xs, ys}) => s("polyline", {class: `bound-line ${name}`,
+    const drawn = lines.map(({kind, xs, ys}) => s("polyline", {class: `bound-line ${kind}`,
       points: steps(xs, ys).map(([a, b]) => `${x(a)},${y(b)}`).join(" ")}));
     return s("svg", {viewBox: `0 0 ${wide} ${high}`, class: "bound-chart", role: "img",
       "aria-label": `Lower bound and lightest design over ${format(Math.max(...seconds))} s of computing`}, grid, drawn);
@@ -37,6 +37,6 @@ export function boundOverLengths(design) {
   const grows = bound.progress.length > 2;
   return h("figure", {class: "bound"}, h("figcaption", {}, h("span", {class: "chart-title"}, "Bound over all lengths")),
     h("p", {class: "note"}, `${said}${gap}; ${bound.coverage}.`),
-    grows ? chart(bound.progress) : null,
+    grows ? chart(bound.progress, design.objective.name) : null,
     grows ? h("p", {class: "note"}, h("span", {class: "key bound"}), " lower bound, ", h("span", {class: "key best"}), " lightest design found") : null);
 }

@@ -30,6 +30,7 @@ constexpr double max_count_seconds = 1;
 constexpr double other_mode_fraction = 0.2, max_other_mode_seconds = 4;
 /// Relative: by how much a design in another assembly mode must be lighter to be told of.
 constexpr double min_mode_gain = 1e-4;
+constexpr const char* no_free_length = "no length is free";
 constexpr long max_bounded_boxes = 20'000;
 /// Relative: the bound is not raised any more, and a design that is as near to it is the answer.
 constexpr double closed_gap = 1e-8, reached_gap = 1e-7;
@@ -53,7 +54,7 @@ std::string find_obstacle(const DesignSpace& requested, const DesignStudyOptions
   if (options.is_modular) return "the conditions are those of the modular strategy";
   if (!options.excluded.empty()) return "parts of the mechanism are left out";
   const certificate::LinkageReading reading = certificate::read_linkage(requested);
-  if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return "no length is free";
+  if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return no_free_length;
   return reading.reason;
 }
 
@@ -341,7 +342,8 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
   } else {
     outcome = solve_design(problem);
   }
-  if (found.reason.empty() || outcome.method == DesignMethod::geometric) bound = std::move(found);
+  if (found.reason.empty() || (outcome.method == DesignMethod::geometric && found.reason != no_free_length))
+    bound = std::move(found);
   return outcome;
 }
 
