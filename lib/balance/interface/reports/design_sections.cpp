@@ -63,7 +63,8 @@ std::string format_optional_elements(const DesignReport& report) {
     text += fmt::format("{}: {}, {}\n", report.cardinality_constraints[c].kind,
                         sentence(names_of(report, c, true), "kept"), sentence(names_of(report, c, false), "left out"));
   if (report.outcome.selection->min_count >= 0)
-    text += fmt::format("fewest: {} of them are enough, {}\n", report.outcome.selection->min_count,
+    text += fmt::format("fewest: {} of them {} enough, {}\n", report.outcome.selection->min_count,
+                        report.outcome.selection->min_count == 1 ? "is" : "are",
                         report.outcome.selection->is_min_count_proved ? "and fewer are proved not to be"
                                                                       : "but fewer are not ruled out");
   return text;
