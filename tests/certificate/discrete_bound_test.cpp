@@ -16,6 +16,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace balance;
@@ -134,6 +135,34 @@ TEST_CASE("lengths: the least number of counterweights is proved, and a parallel
     REQUIRE(result.design.size() > 0);
     CHECK(count_kept(counterweights_of(space, -1), result.design) == known.count);
     CHECK(make_length_design_judge(space)->accepts(result.design));
+  }
+}
+
+TEST_CASE("lengths: before the least number is known, the bound is one of all that it may be, and never falls") {
+  for (const auto& [spec, value] : {std::pair{"five_box_1", 7.3435}, std::pair{"ch_watt_box_1_least", 3.602205}}) {
+    std::string text = read_spec_text(spec);
+    if (text.find("choose") == std::string::npos)
+      text = with_text(text, "minimize: added-mass", "minimize: added-mass, choose: {counterweights: least}");
+    const DesignSpace space = parse(text);
+    LengthBoundOptions options;
+    options.required_trajectories = list_followed_trajectories(space);
+    options.choices = {counterweights_of(space, -1)};
+    const auto judge = make_length_design_judge(space);
+    LengthBoundSearch search(space, *judge, options);
+    double before = 0;
+    bool was_undecided = false;
+    for (int stop = 0; stop < 120; ++stop) {
+      const LengthBound known = search.result();
+      INFO(std::string(spec), ", ", stop);
+      CHECK(known.lower_bound >= before);
+      CHECK(known.lower_bound <= value * (1 + 1e-5));
+      was_undecided = was_undecided || known.design.size() == 0;
+      before = known.lower_bound;
+      int boxes = 0;
+      search.run([&] { return ++boxes > 1; });
+    }
+    CHECK(was_undecided);
+    CHECK(before > 0);
   }
 }
 

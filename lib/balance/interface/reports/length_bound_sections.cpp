@@ -28,6 +28,8 @@ std::string length_coverage_text(const LengthBound& bound) {
   text += !has_general              ? join_with_conjunction(special, "and")
           : bound.uncovered.empty() ? "all lengths within the bounds"
                                     : "general lengths within the bounds";
+  if (!bound.trajectories.empty())
+    text += " with which " + join_with_conjunction(bound.trajectories, "and") + " can be followed";
   if (has_general && !special.empty()) text += ", " + join_with_conjunction(special, "and") + " included";
   if (!bound.uncovered.empty()) text += "; it does not cover " + join_with_conjunction(bound.uncovered, "and");
   return text;

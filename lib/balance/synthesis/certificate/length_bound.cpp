@@ -130,6 +130,26 @@ struct LengthProblem {
   }
 
   double elapsed() const { return thread_cpu_time() - start_time; }
+
+  /// Of the objective in any geometry.
+  double min_value() const {
+    double value = infinity;
+    for (const LengthGeometry& geometry : geometries) value = std::min(value, geometry.min_value);
+    return value;
+  }
+
+  /// Names of those whose conditions take part.
+  std::vector<std::string> list_restricting_trajectories() const {
+    const auto is_restricted = [](const LengthGeometry& geometry) {
+      return std::any_of(geometry.conditions.begin(), geometry.conditions.end(),
+                         [](const LengthCondition& condition) { return !condition.is_equality; });
+    };
+    std::vector<std::string> names;
+    if (std::any_of(geometries.begin(), geometries.end(), is_restricted))
+      for (const int index : options.required_trajectories)
+        names.push_back(space.start.trajectories[static_cast<std::size_t>(index)].name);
+    return names;
+  }
 };
 
 /// Branch and bound for one number of elements.
@@ -186,6 +206,9 @@ class Tree {
   bool is_finished() const { return open_.empty() || result_.nodes >= options_.max_nodes || is_closed(); }
   bool is_impossible() const { return std::isinf(lower_bound()); }
   bool has_design() const { return std::isfinite(result_.best); }
+  double best() const { return result_.best; }
+  /// Of the designs with at most this number of elements.
+  double lower_bound() const { return open_.empty() ? closed_bound_ : std::min(open_.top().bound, closed_bound_); }
   long nodes() const { return result_.nodes; }
 
   LengthBound result() const {
@@ -202,8 +225,6 @@ class Tree {
 
  private:
   double elapsed() const { return problem_.elapsed(); }
-  double lower_bound() const { return open_.empty() ? closed_bound_ : std::min(open_.top().bound, closed_bound_); }
-
   bool is_closed() const {
     const double lower = lower_bound();
     return lower >= closed_bound_ || has_closed_gap(lower);
@@ -585,8 +606,9 @@ class LengthBoundSearch::Trees {
         is_interrupted = interrupted && interrupted();
         return is_interrupted || (is_count_free_ && ++boxes > count_boxes);
       });
+      if (!is_interrupted) find_possible_counts();
+      note_progress();
       if (is_interrupted) return;
-      find_possible_counts();
     }
   }
 
@@ -595,6 +617,7 @@ class LengthBoundSearch::Trees {
     const int count = is_count_free_ ? count_elements(x) : 0;
     make_trees(count);
     trees_[static_cast<std::size_t>(count)]->add_design(x, mass);
+    note_progress();
   }
 
   bool is_finished() const { return !problem_.reason.empty() || !choose_count(); }
@@ -605,7 +628,11 @@ class LengthBoundSearch::Trees {
     if (!result.reason.empty()) return result;
     const std::size_t count = shown_count();
     result = trees_[count]->result();
+    result.trajectories = problem_.list_restricting_trajectories();
     if (!is_count_free_) return result;
+    result.lower_bound = lower_bound();
+    result.progress = progress_;
+    result.progress.push_back({problem_.elapsed(), result.lower_bound, result.best});
     result.nodes = 0;
     for (const auto& tree : trees_) result.nodes += tree->nodes();
     result.count = static_cast<int>(count);
@@ -631,6 +658,26 @@ class LengthBoundSearch::Trees {
     for (std::size_t count = first_possible_; count < trees_.size(); ++count)
       if (trees_[count]->has_design()) return count;
     return first_possible_;
+  }
+
+  /// Of the lightest design with the least number, while that may still change: it is one of those with at most as many
+  /// elements as the smallest known design, or as there are.
+  double lower_bound() const {
+    const bool has_design = trees_[shown_count()]->has_design();
+    double bound = problem_.min_value();
+    for (std::size_t count = has_design ? shown_count() : static_cast<std::size_t>(max_count_); count < trees_.size();
+         ++count)
+      bound = std::max(bound, trees_[count]->lower_bound());
+    return has_design ? std::min(bound, trees_[shown_count()]->best()) : bound;
+  }
+
+  void note_progress() {
+    if (!is_count_free_) return;
+    const double lower = lower_bound(), best = trees_[shown_count()]->best();
+    if (!progress_.empty() && progress_.back().best == best &&
+        !(lower - progress_.back().lower_bound > progress_step * std::abs(lower)))
+      return;
+    progress_.push_back({problem_.elapsed(), lower, best});
   }
 
   /// The number to go on with: small ones have a lead, and none beyond the first with a design matters.
@@ -669,6 +716,7 @@ class LengthBoundSearch::Trees {
   int max_count_ = 0;                         ///< of elements, where as few as possible are asked for
   std::vector<std::unique_ptr<Tree>> trees_;  ///< by number of elements
   std::size_t first_possible_ = 0;
+  std::vector<LengthBoundProgress> progress_;  ///< where the least number is asked for
 };
 
 std::vector<int> list_followed_trajectories(const DesignSpace& space) {

@@ -39,7 +39,7 @@ struct LengthBoundOptions {
   bool keeps_certificates = false;
 };
 
-/// What was known after a time. Where the least number of elements is asked for, of the number that the result has.
+/// What was known after a time.
 struct LengthBoundProgress {
   double seconds = 0;      ///< of this search [s], CPU time
   double lower_bound = 0;  ///< [kg]
@@ -56,7 +56,7 @@ struct LengthCertificate {
 
 struct LengthBound {
   std::string reason;      ///< empty: there is a bound; else completes "no certificate because …"
-  double lower_bound = 0;  ///< no design is lighter [kg]; infinite: there is none at all
+  double lower_bound = 0;  ///< no answer is lighter [kg], whatever the least number is; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
   /// If as few elements as possible are asked for: the number for which bound and design are, and whether it is proved
@@ -65,6 +65,8 @@ struct LengthBound {
   bool is_count_proved = false;
   std::vector<std::string> geometries;        ///< to which the bound applies
   std::vector<std::string> uncovered;         ///< geometries within the bounds to which it does not apply
+  /// Names of the trajectories that restrict the lengths: it applies where they can be followed.
+  std::vector<std::string> trajectories;
   long nodes = 0;                             ///< boxes bounded
   std::vector<LengthBoundProgress> progress;  ///< where bound or best design changed, and at the end
   /// If asked for, of boxes that cover all lengths that meet the geometries' conditions.

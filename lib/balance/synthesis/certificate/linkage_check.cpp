@@ -16,6 +16,8 @@ namespace {
 
 /// Relative: both are solved to about 1e-10.
 constexpr double agreement_tolerance = 1e-9;
+/// Relative to the largest entry of the conditions.
+constexpr double entry_round_off = 1e-14;
 /// Of the conditions' rows with length 1: the library's accuracy, with a margin.
 constexpr double rank_tolerance = 1e-8, row_tolerance = 1e-7;
 constexpr int compared_lengths = 3;
@@ -58,6 +60,12 @@ void load(const FreeCounterweight& counterweight, std::size_t corner, const Vect
   }
 }
 
+/// Removes what is round-off beside the largest entry: rows of nothing else would be made as large as the others.
+void remove_round_off(MatrixX& entries) {
+  const double negligible = entry_round_off * max_abs(entries);
+  entries = (entries.array().abs() <= negligible).select(0.0, entries);
+}
+
 /// @return none if the mechanism cannot be assembled or its conditions are not clear
 std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& space, const PlanarLinkage& linkage,
                                                          const VectorX& x) {
@@ -94,6 +102,7 @@ std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& spac
   result.right = -(conditions.matrix * base);
   result.matrix.resize(conditions.matrix.rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) result.matrix.col(static_cast<Eigen::Index>(c)) = columns[c];
+  remove_round_off(result.matrix);
   return result;
 }
 
@@ -122,6 +131,7 @@ std::optional<double> find_min_mass(const CornerConditions& conditions, const Pl
 
 /// Orthonormal basis of the rows, which are made comparable first.
 MatrixX row_basis(MatrixX rows) {
+  remove_round_off(rows);
   for (Eigen::Index r = 0; r < rows.rows(); ++r) {
     const double size = rows.row(r).norm();
     if (size > 0) rows.row(r) /= size;

@@ -270,6 +270,10 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
     const LoadCaseStudy study(space, options);
     report.outcome = solve_design(study.problem());
     study.describe(report);
+    if (report.outcome.method == DesignMethod::geometric) {
+      report.length_bound.emplace();
+      report.length_bound->reason = "there are load cases";
+    }
   } else {
     const DesignProblem problem = make_design_problem(space, options);
     report.outcome = design::solve_with_length_bound(space, options, problem, report.length_bound);

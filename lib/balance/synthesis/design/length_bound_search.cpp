@@ -163,11 +163,7 @@ class BoundedSearch {
 
   void raise_bound(double seconds) {
     const double end = elapsed() + seconds;
-    bound_.run([&] {
-      is_interrupted_ =
-          is_interrupted_ || (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
-      return is_interrupted_ || elapsed() > end;
-    });
+    bound_.run([&] { return is_interrupted() || elapsed() > end; });
   }
 
   /// Searches from the best lengths so far, and raises the bound in the time that is left.
@@ -191,14 +187,21 @@ class BoundedSearch {
     return outcome;
   }
 
-  /// The best masses at the lengths of x.
-  DesignOutcome solve_at_lengths(const VectorX& x) const {
-    DesignProblem fixed = problem_;
-    fixed.search.max_time = std::max(remaining(), min_completion_seconds);
+  bool is_interrupted() {
+    return is_interrupted_ = is_interrupted_ ||
+                             (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
+  }
+
+  /// The best masses at the lengths of x; in a short time even if the search is interrupted.
+  DesignOutcome solve_at_lengths(const VectorX& x) {
+    DesignProblem whole = problem_;
+    whole.search.max_time = is_interrupted() ? min_completion_seconds : std::max(remaining(), min_completion_seconds);
+    if (is_interrupted()) whole.on_progress = {};
+    DesignProblem fixed = whole;
     fixed.is_subproblem = true;
     set_start(fixed, x);
-    SearchBudget budget(fixed.search.max_time, problem_.on_progress);
-    const SolverContext context(problem_, budget);
+    SearchBudget budget(fixed.search.max_time, fixed.on_progress);
+    const SolverContext context(whole, budget);
     for (const int i : geometric_variables(context)) {
       DesignVariable& length = fixed.variables[static_cast<std::size_t>(i)];
       length.lower = length.upper = length.start;
@@ -207,7 +210,7 @@ class BoundedSearch {
         if (std::erase(different.numbers, i) > 0) different.taken.push_back(length.start);
     }
     DesignOutcome outcome = solve_design(fixed);
-    complete_design(problem_, std::max(remaining(), min_completion_seconds), outcome);
+    complete_design(whole, std::max(remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
     // what is proved at these lengths says nothing about others
     outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
@@ -239,9 +242,11 @@ class BoundedSearch {
 
 /// Why no lengths meet the conditions.
 /// @param required as BoundedSearch::find_required_count
-std::string describe_impossibility(const DesignProblem& problem, const std::optional<LengthBound>& required) {
+std::string describe_impossibility(const DesignProblem& problem, const LengthBound& bound,
+                                   const std::optional<LengthBound>& required) {
+  const std::string where = bound.trajectories.empty() ? "" : " with which the trajectories can be followed";
   if (problem.cardinality_constraints.empty())
-    return "no masses and places within the bounds of the free numbers meet the conditions, at any lengths";
+    return "no masses and places within the bounds of the free numbers meet the conditions, at any lengths" + where;
   int count = 0;
   std::string kinds;
   bool has_limit = true;
@@ -250,8 +255,8 @@ std::string describe_impossibility(const DesignProblem& problem, const std::opti
     count += choice.max_count;
     kinds += (kinds.empty() ? "" : " and ") + choice.kind;
   }
-  if (!has_limit) return fmt::format("no set of {} meets the conditions, at any lengths", kinds);
-  const std::string text = fmt::format("no set of {} {} meets the conditions, at any lengths", count, kinds);
+  if (!has_limit) return fmt::format("no set of {} meets the conditions, at any lengths{}", kinds, where);
+  const std::string text = fmt::format("no set of {} {} meets the conditions, at any lengths{}", count, kinds, where);
   if (!required) return text;
   return fmt::format("{}; a set of {} does{}", text, required->count,
                      required->is_count_proved ? ", and none smaller" : "");
@@ -276,7 +281,7 @@ bool apply_bound(const DesignProblem& problem, const LengthBound& bound, const s
     if (outcome.status != DesignStatus::compromise) return true;
     outcome.status = DesignStatus::infeasible;
     outcome.is_proved_infeasible = true;
-    outcome.reason = describe_impossibility(problem, required);
+    outcome.reason = describe_impossibility(problem, bound, required);
     if (required && outcome.selection) {
       outcome.selection->min_count = required->count;
       outcome.selection->is_min_count_proved = required->is_count_proved;
