@@ -16,7 +16,7 @@ double binomial(int n, int k) {
 
 double integer_power(double x, int n) {
   double value = 1;
-  for (int i = 0; i < n; ++i) value *= x;
+  for (; n > 0; --n) value *= x;
   return value;
 }
 

@@ -89,7 +89,10 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
   DesignInstance instance = space.instantiate(x);
   const Mechanism& m = instance.mechanism;
   const auto fail = [&](const char* message) {
-    throw SpecError({.place = {.file = space.start.spec_file}, .message = message});
+    Diagnostic diagnostic;
+    diagnostic.place.file = space.start.spec_file;
+    diagnostic.message = message;
+    throw SpecError(diagnostic);
   };
   const bool finite = design::compute_features(m, {}).allFinite() && design::collect_geometry(m, {}).allFinite() &&
                       std::all_of(m.assembly.begin(), m.assembly.end(),
