@@ -49,8 +49,10 @@ std::vector<PrescribedPose> list_poses(const TrajectoryOf<Expression>& trajector
   std::vector<double> values;
   for (int i = 1; i < pose_intervals; ++i) values.push_back(first + (last - first) * i / pose_intervals);
   constexpr double pi = std::numbers::pi;
-  for (double extreme = std::ceil(std::min(first, last) / pi) * pi; extreme < std::max(first, last); extreme += pi)
-    values.push_back(extreme);
+  const double low = std::min(first, last), high = std::max(first, last);
+  // where a crank is in line with the ground; whole turns later nothing is new
+  for (const int half_turn : {0, 1})
+    if (const double extreme = (std::ceil(low / pi) + half_turn) * pi; extreme < high) values.push_back(extreme);
   for (const double value : values) poses.push_back({{{coordinate, value}}, std::nullopt});
   return poses;
 }

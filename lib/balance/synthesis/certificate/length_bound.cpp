@@ -191,7 +191,7 @@ class Tree {
       else if (has_closed_gap(node.bound))
         open_.push(std::move(node));
       else
-        divide(std::move(node));
+        divide(node);
       note_progress();
     }
   }
@@ -358,7 +358,7 @@ class Tree {
     const DiscreteDomain& domain = domain_of(node);
     PointDesign best;
     best.value = limit;
-    std::vector<DesignPart> open{node};
+    std::vector<DesignPart> open{DesignPart(static_cast<const DesignPart&>(node))};
     for (const int length : programs_of(node).conditional.lengths())
       open.back().box.lower[length] = open.back().box.upper[length] = lengths[length];
     while (!open.empty() && best.programs < max_point_programs) {
