@@ -63,8 +63,8 @@ struct LengthBound {
   /// that fewer do not suffice; −1: not asked for.
   int count = -1;
   bool is_count_proved = false;
-  std::vector<std::string> geometries;        ///< to which the bound applies
-  std::vector<std::string> uncovered;         ///< geometries within the bounds to which it does not apply
+  std::vector<std::string> geometries;  ///< to which the bound applies
+  std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
   /// Names of the trajectories that restrict the lengths: it applies where they can be followed.
   std::vector<std::string> trajectories;
   long nodes = 0;                             ///< boxes bounded
