@@ -5,6 +5,7 @@
 #include "balance/interface/reports/certificate_file.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/front_sections.hpp"
+#include "balance/synthesis/design/length_bound_search.hpp"
 #include "balance_options.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
@@ -86,7 +87,7 @@ ExitCode run(const DesignCommandOptions& options) {
   check_front_options(options, space.start);
   const DesignStudyOptions study_options = make_study_options(options, space.start);
   check_outputs(options, space.start);
-  if (!options.certificate.empty()) check_certificate(options, find_certificate_obstacle(space, study_options));
+  if (!options.certificate.empty()) check_certificate(options, design::find_certificate_obstacle(space, study_options));
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (is_front_requested(options, space.start)) return run_front(options, space);

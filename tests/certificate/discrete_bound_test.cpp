@@ -2,17 +2,15 @@
 // enumeration of subsets and sizes.
 
 #include "exact_certificate.hpp"
+#include "linkage_specs.hpp"
 
 #include "balance/interface/specification/read_spec.hpp"
-#include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/certificate/linkage_check.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <random>
 #include <string>
@@ -25,18 +23,11 @@ using namespace balance::certificate;
 namespace discrete_bound_test {
 namespace {
 
+using linkage_specs::can_move;
+using linkage_specs::read_text;
+using linkage_specs::replace_text;
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-std::string read_spec_text(const std::string& name) {
-  std::ifstream file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string with_text(std::string text, const std::string& before, const std::string& after) {
-  const std::size_t place = text.find(before);
-  REQUIRE(place != std::string::npos);
-  return text.replace(place, before.size(), after);
-}
 
 std::string without_lines(const std::string& text, const std::vector<std::string>& words) {
   std::string result;
@@ -81,20 +72,12 @@ LengthBound bound(const DesignSpace& space, long max_nodes, double gap_tolerance
   options.required_trajectories = list_followed_trajectories(space);
   options.keeps_certificates = true;
   if (max_count) options.choices = {counterweights_of(space, *max_count)};
-  LengthBound result = bound_over_lengths(space, *make_length_design_judge(space), options);
+  LengthBound result =
+      bound_over_lengths(space, *make_length_design_judge(space, options.required_trajectories), options);
   const LengthGeometries listed = list_length_geometries(space, options.required_trajectories);
   for (const LengthCertificate& one : result.certificates)
     CHECK(find_flaw(one, listed.geometries[static_cast<std::size_t>(one.geometry)]) == "");
   return result;
-}
-
-bool can_move(const DesignSpace& space, const VectorX& x) {
-  const DesignInstance instance = space.instantiate(x);
-  const std::vector<int> followed = list_followed_trajectories(space);
-  return instance.mode_issue.empty() && std::all_of(followed.begin(), followed.end(), [&](int index) {
-           return simulate(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]).outcome.status ==
-                  MotionStatus::done;
-         });
 }
 
 /// Calls visit for all combinations of values.
@@ -122,9 +105,9 @@ TEST_CASE("lengths: the least number of counterweights is proved, and a parallel
   for (const Known& known : {Known{"four_box_1", 2, 0.879082, 1e-9}, Known{"five_box_1", 3, 7.3435, 1e-4},
                              Known{"ch_watt_box_1_least", 2, 3.602205, 1e-4}}) {
     INFO(std::string(known.spec));
-    std::string text = read_spec_text(known.spec);
+    std::string text = read_text(known.spec);
     if (text.find("choose") == std::string::npos)
-      text = with_text(text, "minimize: added-mass", "minimize: added-mass, choose: {counterweights: least}");
+      text = replace_text(text, "minimize: added-mass", "minimize: added-mass, choose: {counterweights: least}");
     const DesignSpace space = parse(text);
     const LengthBound result = bound(space, 200, known.gap, -1);
     CHECK(result.reason == "");
@@ -134,20 +117,20 @@ TEST_CASE("lengths: the least number of counterweights is proved, and a parallel
     CHECK(std::abs(result.best - known.value) <= 1e-4 * known.value);
     REQUIRE(result.design.size() > 0);
     CHECK(count_kept(counterweights_of(space, -1), result.design) == known.count);
-    CHECK(make_length_design_judge(space)->accepts(result.design));
+    CHECK(make_length_design_judge(space, list_followed_trajectories(space))->accepts(result.design));
   }
 }
 
 TEST_CASE("lengths: before the least number is known, the bound is one of all that it may be, and never falls") {
   for (const auto& [spec, value] : {std::pair{"five_box_1", 7.3435}, std::pair{"ch_watt_box_1_least", 3.602205}}) {
-    std::string text = read_spec_text(spec);
+    std::string text = read_text(spec);
     if (text.find("choose") == std::string::npos)
-      text = with_text(text, "minimize: added-mass", "minimize: added-mass, choose: {counterweights: least}");
+      text = replace_text(text, "minimize: added-mass", "minimize: added-mass, choose: {counterweights: least}");
     const DesignSpace space = parse(text);
     LengthBoundOptions options;
     options.required_trajectories = list_followed_trajectories(space);
     options.choices = {counterweights_of(space, -1)};
-    const auto judge = make_length_design_judge(space);
+    const auto judge = make_length_design_judge(space, options.required_trajectories);
     LengthBoundSearch search(space, *judge, options);
     double before = 0;
     bool was_undecided = false;
@@ -167,7 +150,7 @@ TEST_CASE("lengths: before the least number is known, the bound is one of all th
 }
 
 TEST_CASE("lengths: a choice of n counterweights is as good as the best of all subsets of n") {
-  const std::string text = read_spec_text("four_box_1");
+  const std::string text = read_text("four_box_1");
   const std::vector<std::string> names{"w_crank:", "w_coupler:", "w_rocker:"};
   for (int count = 1; count <= 3; ++count) {
     double best = infinity, lower = infinity;
@@ -198,7 +181,7 @@ TEST_CASE("lengths: no box without some counterweights has a bound above the lea
   std::uniform_real_distribution<double> unit(0, 1);
   int compared = 0;
   for (const char* spec : {"four_box_1", "five_box_1", "watt_box_1"}) {
-    const DesignSpace space = parse(read_spec_text(spec));
+    const DesignSpace space = parse(read_text(spec));
     const LengthGeometry geometry = list_length_geometries(space, {}).geometries[0];
     const BoxProgram program(geometry.linkage, geometry.dual, {});
     for (int trial = 0; trial < 6; ++trial) {
@@ -230,7 +213,7 @@ TEST_CASE("lengths: no box without some counterweights has a bound above the lea
 }
 
 TEST_CASE("lengths: with sizes of lengths the bound is reached by the best of all combinations") {
-  std::string text = read_spec_text("four_hi_4");
+  std::string text = read_text("four_hi_4");
   const std::vector<std::vector<double>> sizes{
       {0.06, 0.08, 0.1, 0.12}, {0.2, 0.25, 0.3, 0.4, 0.5}, {0.18, 0.2, 0.25, 0.35}};
   // the coordinates of the mechanism follow from the parameters
@@ -258,13 +241,13 @@ TEST_CASE("lengths: with sizes of lengths the bound is reached by the best of al
 }
 
 TEST_CASE("lengths: masses with sizes are as light as the best of all combinations") {
-  std::string text = read_spec_text("four_box_1");
+  std::string text = read_text("four_box_1");
   const std::size_t begin = text.find("parameters:"), end = text.find('\n', begin);
   text = text.substr(0, begin) +
          "parameters: {a: {free: {values: [0.06, 0.1]}, start: 0.1}, b: {free: {values: [0.25, 0.4]}, start: 0.4}, c: "
          "{free: {values: [0.2, 0.3]}, start: 0.3}, d: 0.4}" +
          text.substr(end);
-  for (int i = 0; i < 3; ++i) text = with_text(text, "mass: {free: [0, 40]}", "mass: {free: [0, 3], step: 0.3}");
+  for (int i = 0; i < 3; ++i) text = replace_text(text, "mass: {free: [0, 40]}", "mass: {free: [0, 3], step: 0.3}");
   const DesignSpace space = parse(text);
   const PlanarLinkage linkage = list_length_geometries(space, {}).geometries[0].linkage;
   std::vector<double> masses;
@@ -291,11 +274,11 @@ TEST_CASE("lengths: masses with sizes are as light as the best of all combinatio
 }
 
 TEST_CASE("lengths: crank and rocker of a parallelogram have common sizes") {
-  const std::string text = read_spec_text("four_fix21");
+  const std::string text = read_text("four_fix21");
   const auto with_sizes = [&](const std::string& crank, const std::string& rocker) {
     const std::string a =
-        with_text(text, "a: {free: [0.03732, 0.1493], start: 0.0933}", "a: {free: {values: " + crank + "}}");
-    return parse(with_text(a, "c: {free: [0.115, 0.4601], start: 0.2876}", "c: {free: {values: " + rocker + "}}"));
+        replace_text(text, "a: {free: [0.03732, 0.1493], start: 0.0933}", "a: {free: {values: " + crank + "}}");
+    return parse(replace_text(a, "c: {free: [0.115, 0.4601], start: 0.2876}", "c: {free: {values: " + rocker + "}}"));
   };
   const LengthBound common = bound(with_sizes("[0.08, 0.12, 0.13, 0.14]", "[0.125, 0.13, 0.14, 0.2]"), 50, 1e-9);
   REQUIRE(common.design.size() > 2);
@@ -306,7 +289,7 @@ TEST_CASE("lengths: crank and rocker of a parallelogram have common sizes") {
 }
 
 TEST_CASE("lengths: a spec's choices must be stated to its bound") {
-  const DesignSpace space = parse(read_spec_text("ch_watt_box_1_least"));
+  const DesignSpace space = parse(read_text("ch_watt_box_1_least"));
   CHECK(bound(space, 5, 1e-9).reason == "elements may be left out");
 }
 

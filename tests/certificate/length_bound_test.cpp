@@ -2,10 +2,10 @@
 // the least mass by conditions that are derived at sampled lengths, which share nothing with the closures' polynomials.
 
 #include "exact_certificate.hpp"
+#include "linkage_specs.hpp"
 
 #include "../sampling.hpp"
 #include "balance/interface/specification/read_spec.hpp"
-#include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/certificate/length_bound.hpp"
 #include "balance/synthesis/certificate/linkage_check.hpp"
 
@@ -14,29 +14,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 
 using namespace balance;
 using namespace balance::certificate;
+using linkage_specs::read_text;
+using linkage_specs::replace_text;
 
 namespace {
 
 DesignSpace read(const std::string& name) {
   return read_design_space_file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
-}
-
-std::string read_text(const std::string& name) {
-  std::ifstream file(std::string(BALANCE_TEST_DATA) + "/specs/" + name + ".yaml");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string replace_text(std::string text, const std::string& before, const std::string& after) {
-  const std::size_t place = text.find(before);
-  REQUIRE(place != std::string::npos);
-  return text.replace(place, before.size(), after);
 }
 
 /// A spec with one text replaced by another.
@@ -65,7 +54,7 @@ LengthBound bound(const DesignSpace& space, long max_nodes, double gap_tolerance
   options.gap_tolerance = gap_tolerance;
   options.required_trajectories = list_followed_trajectories(space);
   options.keeps_certificates = true;
-  return bound_over_lengths(space, *make_length_design_judge(space), options);
+  return bound_over_lengths(space, *make_length_design_judge(space, list_followed_trajectories(space)), options);
 }
 
 void check_proof(const DesignSpace& space, const LengthBound& result) {
@@ -95,7 +84,7 @@ TEST_CASE("lengths: known optima are proved, with certificates that hold in rati
     CHECK(result.gap() <= known.gap);
     CHECK(result.lower_bound <= result.best);
     CHECK(std::abs(result.best - known.value) <= known.value_tolerance);
-    CHECK(make_length_design_judge(space)->accepts(result.design));
+    CHECK(make_length_design_judge(space, list_followed_trajectories(space))->accepts(result.design));
     check_proof(space, result);
   }
 }
@@ -303,14 +292,7 @@ TEST_CASE("lengths: conditions of assembly remove no lengths that the mechanism 
       const LengthBox before = box;
       const bool is_left = contract(geometry.conditions, box);
       removed += !is_left || box.lower != before.lower || box.upper != before.upper ? 1 : 0;
-      const DesignInstance instance = space.instantiate(x);
-      bool can_move = instance.mode_issue.empty();
-      for (const int index : list_followed_trajectories(space))
-        can_move =
-            can_move && make_length_design_judge(space) != nullptr &&
-            simulate(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]).outcome.status ==
-                MotionStatus::done;
-      if (!can_move) continue;
+      if (!linkage_specs::can_move(space, x)) continue;
       ++assembled;
       CHECK(is_left);
       CHECK((x.array() >= box.lower.array()).all());

@@ -40,6 +40,17 @@ double nearest_size(const std::vector<double>& sizes, double value) {
 
 }  // namespace
 
+int count_min_elements(const std::vector<ElementChoice>& choices, const VectorX& x) {
+  const auto is_kept = [&](const ElementChoice::Element& element) {
+    return std::any_of(element.numbers.begin(), element.numbers.end(), [&](int number) { return x[number] != 0; });
+  };
+  int count = 0;
+  for (const ElementChoice& choice : choices)
+    if (choice.max_count < 0)
+      count += static_cast<int>(std::count_if(choice.elements.begin(), choice.elements.end(), is_kept));
+  return count;
+}
+
 DiscreteDomain::DiscreteDomain(const DesignSpace& space, const LengthGeometry& geometry, std::vector<int> lengths,
                                const std::vector<ElementChoice>& choices, int min_count)
     : space_(space), geometry_(geometry), lengths_(std::move(lengths)) {

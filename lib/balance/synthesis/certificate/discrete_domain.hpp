@@ -20,6 +20,9 @@ struct ElementChoice {
   int max_count = -1;  ///< −1: as few as possible, over all such choices together
 };
 
+/// Number of elements that x keeps of the choices that ask for as few as possible.
+int count_min_elements(const std::vector<ElementChoice>& choices, const VectorX& x);
+
 /// A part of all designs.
 struct DesignPart {
   enum class ElementState { undecided, kept, left_out };

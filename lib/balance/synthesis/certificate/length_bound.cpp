@@ -54,7 +54,8 @@ bool can_follow(const Mechanism& mechanism, const Trajectory& trajectory) {
 
 class ConditionsJudge : public LengthDesignJudge {
  public:
-  explicit ConditionsJudge(const DesignSpace& space) : space_(space), followed_(list_followed_trajectories(space)) {}
+  ConditionsJudge(const DesignSpace& space, std::vector<int> trajectories)
+      : space_(space), trajectories_(std::move(trajectories)) {}
 
   bool accepts(const VectorX& x) const override {
     try {
@@ -71,13 +72,13 @@ class ConditionsJudge : public LengthDesignJudge {
     const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
     if (conditions.status != ConditionsStatus::done) return false;
     if (max_abs(scaled_residuals(conditions, term_values(instance.mechanism))) > balance_tolerance) return false;
-    return std::all_of(followed_.begin(), followed_.end(), [&](int index) {
+    return std::all_of(trajectories_.begin(), trajectories_.end(), [&](int index) {
       return can_follow(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]);
     });
   }
 
   const DesignSpace& space_;
-  std::vector<int> followed_;
+  std::vector<int> trajectories_;
 };
 
 /// The programs of a geometry, with and without its conditions on the lengths.
@@ -97,6 +98,13 @@ struct Node : DesignPart {
   LengthCertificate proof;  ///< of the bound: its own, or that of a box that contains it
   int part = -1;            ///< in the recorder; −1: none yet, or nothing is recorded
 };
+
+/// Adds what is known to what was known before, if it tells more.
+void append_progress(const LengthBoundProgress& known, std::vector<LengthBoundProgress>& progress) {
+  const bool is_news = progress.empty() || known.best != progress.back().best ||
+                       known.lower_bound - progress.back().lower_bound > progress_step * std::abs(known.lower_bound);
+  if (is_news) progress.push_back(known);
+}
 
 struct HasHigherBound {
   bool operator()(const Node& a, const Node& b) const { return a.bound > b.bound; }
@@ -234,12 +242,7 @@ class Tree {
   }
 
   void note_progress() {
-    const double lower = std::min(lower_bound(), result_.best);
-    if (!result_.progress.empty()) {
-      const LengthBoundProgress& last = result_.progress.back();
-      if (result_.best == last.best && !(lower - last.lower_bound > progress_step * std::abs(lower))) return;
-    }
-    result_.progress.push_back({elapsed(), lower, result_.best});
+    append_progress({elapsed(), std::min(lower_bound(), result_.best), result_.best}, result_.progress);
   }
 
   const LengthGeometry& geometry_of(const Node& node) const {
@@ -614,13 +617,14 @@ class LengthBoundSearch::Trees {
 
   void add_design(const VectorX& x, double mass) {
     if (!problem_.reason.empty()) return;
-    const int count = is_count_free_ ? count_elements(x) : 0;
+    const int count = is_count_free_ ? count_min_elements(problem_.options.choices, x) : 0;
     make_trees(count);
     trees_[static_cast<std::size_t>(count)]->add_design(x, mass);
     note_progress();
   }
 
   bool is_finished() const { return !problem_.reason.empty() || !choose_count(); }
+  bool has_design() const { return problem_.reason.empty() && trees_[shown_count()]->has_design(); }
 
   LengthBound result() const {
     LengthBound result;
@@ -672,43 +676,26 @@ class LengthBoundSearch::Trees {
   }
 
   void note_progress() {
-    if (!is_count_free_) return;
-    const double lower = lower_bound(), best = trees_[shown_count()]->best();
-    if (!progress_.empty() && progress_.back().best == best &&
-        !(lower - progress_.back().lower_bound > progress_step * std::abs(lower)))
-      return;
-    progress_.push_back({problem_.elapsed(), lower, best});
+    if (is_count_free_) append_progress({problem_.elapsed(), lower_bound(), trees_[shown_count()]->best()}, progress_);
   }
 
   /// The number to go on with: small ones have a lead, and none beyond the first with a design matters.
   std::optional<std::size_t> choose_count() const {
     std::optional<std::size_t> chosen;
-    long least = 0;
+    long min_effort = 0;
     const std::size_t shown = shown_count();
     const std::size_t last = trees_[shown]->has_design() ? shown : static_cast<std::size_t>(max_count_);
     for (std::size_t count = first_possible_; count <= last; ++count) {
       const bool is_new = count >= trees_.size();
       if (!is_new && trees_[count]->is_finished()) continue;
       const long effort = (is_new ? 0 : trees_[count]->nodes()) + count_lead * static_cast<long>(count);
-      if (!chosen || effort < least) {
+      if (!chosen || effort < min_effort) {
         chosen = count;
-        least = effort;
+        min_effort = effort;
       }
       if (is_new) break;
     }
     return chosen;
-  }
-
-  /// Kept elements of the choices that ask for as few as possible.
-  int count_elements(const VectorX& x) const {
-    int count = 0;
-    for (const ElementChoice& choice : problem_.options.choices)
-      for (const ElementChoice::Element& element : choice.elements)
-        count += choice.max_count < 0 && std::any_of(element.numbers.begin(), element.numbers.end(),
-                                                     [&](int number) { return x[number] != 0; })
-                     ? 1
-                     : 0;
-    return count;
   }
 
   LengthProblem problem_;
@@ -730,8 +717,8 @@ std::vector<int> list_followed_trajectories(const DesignSpace& space) {
   return followed;
 }
 
-std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space) {
-  return std::make_unique<ConditionsJudge>(space);
+std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space, std::vector<int> trajectories) {
+  return std::make_unique<ConditionsJudge>(space, std::move(trajectories));
 }
 
 LengthBoundSearch::LengthBoundSearch(const DesignSpace& space, const LengthDesignJudge& judge,
@@ -745,6 +732,8 @@ void LengthBoundSearch::run(const std::function<bool()>& interrupted) { trees_->
 void LengthBoundSearch::add_design(const VectorX& x, double mass) { trees_->add_design(x, mass); }
 
 bool LengthBoundSearch::is_finished() const { return trees_->is_finished(); }
+
+bool LengthBoundSearch::has_design() const { return trees_->has_design(); }
 
 LengthBound LengthBoundSearch::result() const { return trees_->result(); }
 

@@ -26,8 +26,9 @@ class LengthDesignJudge {
   virtual bool accepts(const VectorX& x) const = 0;
 };
 
-/// A judge that derives the conditions anew at each design, and runs the trajectories that the start values can follow.
-std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space);
+/// A judge that derives the conditions anew at each design, and runs trajectories.
+/// @param trajectories indices of those that every design must follow
+std::unique_ptr<LengthDesignJudge> make_length_design_judge(const DesignSpace& space, std::vector<int> trajectories);
 
 struct LengthBoundOptions {
   long max_nodes = 20'000;      ///< boxes bounded, at least 1
@@ -97,6 +98,7 @@ class LengthBoundSearch {
   void add_design(const VectorX& x, double mass);
   /// Whether more time cannot tell more.
   bool is_finished() const;
+  bool has_design() const;
   LengthBound result() const;
 
  private:

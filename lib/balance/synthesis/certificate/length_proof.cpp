@@ -1,8 +1,9 @@
 #include "balance/synthesis/certificate/length_proof.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
+
 #include <stdexcept>
 #include <utility>
-#include "balance/foundation/numerics/extrema.hpp"
 
 namespace balance::certificate {
 namespace {

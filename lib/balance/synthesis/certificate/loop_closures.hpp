@@ -92,7 +92,7 @@ struct PlanarLinkage {
   LengthPolynomial fixed_size;    ///< what the objective counts besides the free counterweights [kg]
 };
 
-/// Whether closures, masses or places depend on any free number, sizes of counterweights' coordinates apart.
+/// Whether closures, masses or places depend on any free number, except coordinates of counterweights that have sizes.
 bool has_free_lengths(const PlanarLinkage& linkage);
 
 struct LinkageReading {

@@ -96,10 +96,6 @@ struct DesignReport {
   std::vector<std::string> notes;
 };
 
-/// Why no bound over all lengths, and no proof of one, can be asked for; completes "no certificate because …". Empty: it
-/// can.
-std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options);
-
 /// With load cases, the outcome is that of all cases together; its numbers, conditions and residuals are those at the
 /// nominal load.
 /// @throws std::invalid_argument if there are no free numbers; without a goal, objective and limits; if the trajectory

@@ -28,7 +28,7 @@ constexpr double min_completion_seconds = 1;
 constexpr double max_count_seconds = 1;
 /// Part of the time for designs in other assembly modes, and its limit [s].
 constexpr double other_mode_fraction = 0.2, max_other_mode_seconds = 4;
-/// Relative: by how much a design in another assembly mode must be lighter to be told of.
+/// Relative: by how much a design in another assembly mode must be lighter to be named.
 constexpr double min_mode_gain = 1e-4;
 constexpr const char* no_free_length = "no length is free";
 constexpr long max_bounded_boxes = 20'000;
@@ -73,18 +73,6 @@ std::vector<certificate::ElementChoice> list_choices(const DesignProblem& proble
   return choices;
 }
 
-/// Kept elements of the choices that ask for as few as possible.
-int count_least_elements(const DesignProblem& problem, const VectorX& x) {
-  int count = 0;
-  for (const CardinalityConstraint& choice : problem.cardinality_constraints)
-    for (const OptionalElement& element : choice.elements)
-      count += choice.max_count < 0 &&
-                       std::any_of(element.variables.begin(), element.variables.end(), [&](int i) { return x[i] != 0; })
-                   ? 1
-                   : 0;
-  return count;
-}
-
 /// The bound and the search in turns, within the time of the design.
 class BoundedSearch {
  public:
@@ -92,8 +80,10 @@ class BoundedSearch {
       : space_(space),
         problem_(problem),
         keeps_certificates_(keeps_certificates),
+        followed_(list_followed_trajectories(space)),
+        choices_(list_choices(problem)),
         max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
-        judge_(make_length_design_judge(space)),
+        judge_(make_length_design_judge(space, followed_)),
         bound_(space, *judge_, bound_options()),
         start_time_(thread_cpu_time()) {}
 
@@ -121,12 +111,40 @@ class BoundedSearch {
     LengthBoundOptions options = bound_options();
     for (certificate::ElementChoice& choice : options.choices) choice.max_count = -1;
     if (options.choices.empty() || is_interrupted_) return std::nullopt;
-    LengthBoundSearch least(space_, *judge_, options);
+    LengthBoundSearch search(space_, *judge_, options);
     const double end = elapsed() + max_count_seconds;
-    least.run([&] { return elapsed() > end || std::isfinite(least.result().best); });
-    LengthBound found = least.result();
+    search.run([&] { return elapsed() > end || search.has_design(); });
+    LengthBound found = search.result();
     if (!found.reason.empty() || found.design.size() == 0) return std::nullopt;
     return found;
+  }
+
+  /// Names a lighter design in another assembly mode, which the bound covers but the design is not allowed to take;
+  /// empty without one.
+  std::string find_other_mode(const DesignOutcome& outcome) {
+    if (!space_.assembly_mode || !is_design(outcome) || !(outcome.gap() > min_mode_gain * outcome.objective)) return "";
+    DesignSpace space = space_;
+    space.assembly_mode = nullptr;
+    const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space, followed_);
+    LengthBoundOptions options = bound_options();
+    options.gap_tolerance = min_mode_gain;
+    options.keeps_certificates = false;
+    LengthBoundSearch search(space, *judge, options);
+    const double end = elapsed() + other_mode_seconds(problem_);
+    search.run([&] { return is_interrupted() || elapsed() > end; });
+    const LengthBound found = search.result();
+    if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain)) ||
+        (found.count >= 0 && found.count != certificate::count_min_elements(choices_, outcome.x)) ||
+        space_.instantiate(found.design).mode_issue.empty())
+      return "";
+    SearchBudget budget(1, {});
+    const SolverContext context(problem_, budget);
+    std::string lengths;
+    for (const int i : geometric_variables(context))
+      lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
+                             problem_.variables[static_cast<std::size_t>(i)].name, found.design[i]);
+    return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
+                       found.best, lengths);
   }
 
  private:
@@ -134,8 +152,8 @@ class BoundedSearch {
     LengthBoundOptions options;
     options.max_nodes = max_bounded_boxes;
     options.gap_tolerance = closed_gap;
-    options.required_trajectories = list_followed_trajectories(space_);
-    options.choices = list_choices(problem_);
+    options.required_trajectories = followed_;
+    options.choices = choices_;
     options.keeps_certificates = keeps_certificates_;
     return options;
   }
@@ -148,13 +166,14 @@ class BoundedSearch {
   /// Whether an outcome is as good as the best design of the bound.
   bool reaches(const DesignOutcome& outcome, const LengthBound& bound) const {
     if (!is_design(outcome)) return false;
-    const int count = bound.count < 0 ? bound.count : count_least_elements(problem_, outcome.x);
+    const int count = bound.count < 0 ? bound.count : certificate::count_min_elements(choices_, outcome.x);
     return count < bound.count || (count == bound.count && outcome.objective <= bound.best * (1 + reached_gap));
   }
 
   /// Both are designs: fewer elements come first.
   bool is_better(const DesignOutcome& one, const DesignOutcome& other) const {
-    const int count = count_least_elements(problem_, one.x), others = count_least_elements(problem_, other.x);
+    const int count = certificate::count_min_elements(choices_, one.x),
+              others = certificate::count_min_elements(choices_, other.x);
     return count < others || (count == others && one.objective < other.objective);
   }
 
@@ -233,6 +252,8 @@ class BoundedSearch {
   const DesignSpace& space_;
   const DesignProblem& problem_;
   bool keeps_certificates_;
+  std::vector<int> followed_;  ///< trajectories that the start values can follow
+  std::vector<certificate::ElementChoice> choices_;
   double max_time_;
   std::unique_ptr<LengthDesignJudge> judge_;
   LengthBoundSearch bound_;
@@ -290,39 +311,13 @@ bool apply_bound(const DesignProblem& problem, const LengthBound& bound, const s
   }
   if (!has_design) return true;
   if (bound.count >= 0 && outcome.selection) {
-    const int count = count_least_elements(problem, outcome.x);
+    const int count = certificate::count_min_elements(list_choices(problem), outcome.x);
     if (!apply_count(bound, count, *outcome.selection)) return false;
     if (count != bound.count) return true;
   }
   if (outcome.objective < bound.lower_bound * (1 - refutation_tolerance)) return false;
   raise_lower_bound(outcome, bound.lower_bound);
   return true;
-}
-
-/// Tells of a lighter design in another assembly mode, which the bound covers but the design is not allowed to take.
-std::string other_mode_note(const DesignSpace& held, const DesignProblem& problem, const DesignOutcome& outcome) {
-  DesignSpace space = held;
-  space.assembly_mode = nullptr;
-  const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space);
-  LengthBoundOptions options;
-  options.gap_tolerance = min_mode_gain;
-  options.required_trajectories = list_followed_trajectories(space);
-  options.choices = list_choices(problem);
-  LengthBoundSearch search(space, *judge, options);
-  const double end = thread_cpu_time() + other_mode_seconds(problem);
-  search.run([&] { return thread_cpu_time() > end || (problem.on_progress && !problem.on_progress({0, 1})); });
-  const LengthBound found = search.result();
-  if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain))) return "";
-  if (found.count >= 0 && found.count != count_least_elements(problem, outcome.x)) return "";
-  if (held.instantiate(found.design).mode_issue.empty()) return "";
-  SearchBudget budget(1, {});
-  const SolverContext context(problem, budget);
-  std::string lengths;
-  for (const int i : geometric_variables(context))
-    lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
-                           problem.variables[static_cast<std::size_t>(i)].name, found.design[i]);
-  return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
-                     found.best, lengths);
 }
 
 }  // namespace
@@ -341,9 +336,7 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
     if (found.is_impossible()) required = search.find_required_count();
     if (found.reason.empty() && !apply_bound(problem, found, required, outcome))
       found.reason = "a design was found that is lighter than its bound";
-    if (requested.assembly_mode && is_design(outcome) && outcome.gap() > min_mode_gain * outcome.objective)
-      if (std::string note = other_mode_note(requested, problem, outcome); !note.empty())
-        outcome.notes.push_back(std::move(note));
+    if (std::string note = search.find_other_mode(outcome); !note.empty()) outcome.notes.push_back(std::move(note));
   } else {
     outcome = solve_design(problem);
   }
@@ -352,14 +345,10 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
   return outcome;
 }
 
-}  // namespace balance::design
-
-namespace balance {
-
 std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options) {
   if (space.start.design.cases.size() > 0) return "there are load cases";
-  const DesignSpace requested = design::requested_space(space, options);
-  std::string obstacle = design::find_obstacle(requested, options);
+  const DesignSpace requested = requested_space(space, options);
+  std::string obstacle = find_obstacle(requested, options);
   if (!obstacle.empty()) return obstacle;
   const auto& numbers = requested.start.free_numbers;
   const auto has_sizes = [](const FreeNumber& number) { return !number.discrete_values.empty(); };
@@ -368,4 +357,4 @@ std::string find_certificate_obstacle(const DesignSpace& space, const DesignStud
   return certificate::list_length_geometries(requested, list_followed_trajectories(requested)).reason;
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -15,4 +15,8 @@ namespace balance::design {
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
                                       const DesignProblem& problem, std::optional<LengthBound>& bound);
 
+/// Why no bound over all lengths, and no proof of one, can be asked for; completes "no certificate because …". Empty: it
+/// can.
+std::string find_certificate_obstacle(const DesignSpace& space, const DesignStudyOptions& options);
+
 }  // namespace balance::design
