@@ -17,8 +17,9 @@
 
 namespace balance::app {
 
-ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space, bool named) {
-  ConditionsOutcome answer = derive_conditions_data(make_balance_query(goal, space.start), space, named);
+reports::ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space,
+                                                         bool named) {
+  reports::ConditionsOutcome answer = derive_conditions_data(make_balance_query(goal, space.start), space, named);
   if (answer.refusal) throw MechanismFailure(answer.refusal.status, answer.refusal.reason);
   return std::move(answer.view);
 }
@@ -26,7 +27,8 @@ ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const D
 DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
   try {
     DesignReport report = run_design_study(space, options);
-    if (const RequestFailure refusal = find_failure(report)) throw MechanismFailure(refusal.status, refusal.reason);
+    if (const reports::RequestFailure refusal = reports::find_failure(report))
+      throw MechanismFailure(refusal.status, refusal.reason);
     return report;
   } catch (const std::invalid_argument& error) {
     // The options are valid, so the error is in the spec.
@@ -35,7 +37,7 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
 }
 
 std::string designed_spec_or_throw(const DesignSpace& space, const DesignReport& report) {
-  DesignedSpec spec = format_designed_spec(space, report);
+  reports::DesignedSpec spec = reports::format_designed_spec(space, report);
   if (spec.refusal) throw MechanismFailure(spec.refusal.status, spec.refusal.reason);
   return std::move(spec.text);
 }
@@ -49,9 +51,9 @@ const std::vector<std::string> excludable_sections = {"friction", "loads",      
 }  // namespace
 
 void add_goal_options(CLI::App& parser, GoalOptions& o) {
-  CLI::Option* goal = parser.add_option("-g,--goal", o.goals,
-                                        fmt::format("{}; repeat to require several", fmt::join(goal_names(), ", ")));
-  suggest_words(goal->type_name("GOAL")->allow_extra_args(false), goal_names());
+  CLI::Option* goal = parser.add_option(
+      "-g,--goal", o.goals, fmt::format("{}; repeat to require several", fmt::join(study::goal_names(), ", ")));
+  suggest_words(goal->type_name("GOAL")->allow_extra_args(false), study::goal_names());
   CLI::Option* strategy =
       parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain separately");
   suggest_words(strategy->type_name("NAME")->capture_default_str(), strategies);
@@ -60,34 +62,35 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   suggest_words(without->type_name("NAMES")->allow_extra_args(false), excludable_sections);
   parser.add_option("--seed", o.seed, "seed of random configurations and searches")
       ->type_name("N")
-      ->check(integer_range_validator(0, max_seed));
+      ->check(integer_range_validator(0, study::max_seed));
 }
 
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
-    const std::optional<Goal> goal = find_goal(name);
+    const std::optional<Goal> goal = study::find_goal(name);
     if (!goal) {
-      throw UsageError(fmt::format("--goal {}: expected {}{}", quote_for_message(name), join_alternatives(goal_names()),
-                                   append_nearest_name(name, goal_names())));
+      throw UsageError(fmt::format("--goal {}: expected {}{}", quote_for_message(name),
+                                   join_alternatives(study::goal_names()),
+                                   append_nearest_name(name, study::goal_names())));
     }
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
   if (goals.empty() && requirement == GoalRequirement::goal) {
     throw UsageError(fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file,
-                                 join_alternatives(goal_names())));
+                                 join_alternatives(study::goal_names())));
   }
   if (goals.empty() && requirement == GoalRequirement::goal_or_objective) {
     throw UsageError(
         fmt::format("{} has neither design: goal nor design: minimize, so --goal ({}) or --minimize is needed",
-                    study.spec_file, join_alternatives(goal_names())));
+                    study.spec_file, join_alternatives(study::goal_names())));
   }
   return goals;
 }
 
 std::vector<std::string> choose_excluded_elements(const GoalOptions& options, const Mechanism& mechanism) {
-  const std::vector<std::string> known = list_excludable_names(mechanism);
+  const std::vector<std::string> known = conditions::list_excludable_names(mechanism);
   std::vector<std::string> names;
   for (const std::string& list : options.without) {
     for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
@@ -112,7 +115,8 @@ bool is_modular(const GoalOptions& options) {
   return options.strategy == "modular";
 }
 
-BalanceRequest make_balance_query(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
+reports::BalanceRequest make_balance_query(const GoalOptions& options, const Study& study,
+                                           GoalRequirement requirement) {
   return {.goals = choose_goals(options, study, requirement),
           .is_modular = is_modular(options),
           .seed = options.seed,

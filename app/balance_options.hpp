@@ -39,15 +39,16 @@ std::vector<std::string> choose_excluded_elements(const GoalOptions& options, co
 bool is_modular(const GoalOptions& options);
 
 /// Collects all of the options above in a request. Throws what they throw.
-BalanceRequest make_balance_query(const GoalOptions& options, const Study& study,
-                                  GoalRequirement requirement = GoalRequirement::goal);
+reports::BalanceRequest make_balance_query(const GoalOptions& options, const Study& study,
+                                           GoalRequirement requirement = GoalRequirement::goal);
 
 // Conditions and designs for the commands. Failures become exceptions of the program.
 
 /// The conditions of the goals given by the options or, if there are none, those of the spec.
 /// @param named whether to name coefficients after the lengths that they consist of
 /// @throws UsageError as make_balance_query; MechanismFailure if the conditions cannot be derived
-ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space, bool named = true);
+reports::ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space,
+                                                         bool named = true);
 
 /// @throws MechanismFailure if the mechanism has no design; SpecError if the design section of the spec is invalid
 DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options);

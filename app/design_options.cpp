@@ -32,7 +32,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-void choose_algorithm(const std::string& name, SearchOptions& search) {
+void choose_algorithm(const std::string& name, study::SearchOptions& search) {
   if (name.empty()) return;
   if (contains(global_algorithms, name)) {
     search.global = name;
@@ -45,7 +45,7 @@ void choose_algorithm(const std::string& name, SearchOptions& search) {
 }
 
 std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study& study) {
-  return text.empty() ? std::vector<ObjectiveTerm>{} : read_objective(text, study);
+  return text.empty() ? std::vector<ObjectiveTerm>{} : specification::read_objective(text, study);
 }
 
 /// Command line that reproduces the file; see make_provenance.
@@ -63,8 +63,8 @@ std::string command_line(const DesignCommandOptions& o, const Study& study) {
   if (o.seconds > 0) add("--seconds", fmt::format("{}", o.seconds));
   if (o.starts > 0) add("--starts", std::to_string(o.starts));
   if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
-  append_overrides(words, study);
-  return join_command(std::move(words));
+  files::append_overrides(words, study);
+  return files::join_command(std::move(words));
 }
 
 }  // namespace
@@ -128,24 +128,24 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
 
 void check_outputs(const DesignCommandOptions& options, const Study& study) {
   check_standard_output({options.output, options.csv, options.h5, options.certificate}, options.spec.json,
-                        options.h5 == standard_output_path);
-  const std::vector<InputFile> inputs = list_input_files(study);
+                        options.h5 == files::standard_output_path);
+  const std::vector<files::InputFile> inputs = list_input_files(study);
   check_output(options.output, "the design", inputs, options.force);
   check_output(options.h5, "the result", inputs, options.force);
   check_output(options.csv, "the table", inputs, options.force);
   check_output(options.certificate, "the certificate", inputs, options.force);
-  if (!options.h5.empty() && !options.output.empty() && is_same_file(options.h5, options.output))
+  if (!options.h5.empty() && !options.output.empty() && files::is_same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
   for (const std::string& other : {options.output, options.h5})
-    if (!options.csv.empty() && !other.empty() && is_same_file(options.csv, other))
+    if (!options.csv.empty() && !other.empty() && files::is_same_file(options.csv, other))
       throw UsageError("--csv names the same file as another option: " + options.csv);
   for (const std::string& other : {options.output, options.h5, options.csv})
-    if (!options.certificate.empty() && !other.empty() && is_same_file(options.certificate, other))
+    if (!options.certificate.empty() && !other.empty() && files::is_same_file(options.certificate, other))
       throw UsageError("--certificate names the same file as another option: " + options.certificate);
 }
 
-Provenance describe(const DesignCommandOptions& options, const Study& study) {
-  return make_provenance(study, command_line(options, study));
+files::Provenance describe(const DesignCommandOptions& options, const Study& study) {
+  return files::make_provenance(study, command_line(options, study));
 }
 
 }  // namespace balance::app

@@ -37,7 +37,7 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const DesignCommandOptions& options, const Study& study);
 
-Provenance describe(const DesignCommandOptions& options, const Study& study);
+files::Provenance describe(const DesignCommandOptions& options, const Study& study);
 
 // `balance design` for a spec that asks for a Pareto front.
 
@@ -52,6 +52,6 @@ ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space
 
 /// @throws MechanismFailure if the front is empty because of a failure; SpecError if the design section of the spec is
 /// invalid
-ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
+design::ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance::app

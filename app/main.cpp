@@ -136,13 +136,13 @@ ExitCode fail_spec(const SpecError& error, bool json) {
   const bool option = error.diagnostics().front().place.is_option();
   // Errors of a spec begin with file:line:column, which editors look for at the start of a line.
   return fail(option ? ExitCode::usage : ExitCode::spec, (option ? "error: " : "") + std::string(error.what()),
-              json ? format_error_json(option ? "usage" : "spec", error) : "");
+              json ? files::format_error_json(option ? "usage" : "spec", error) : "");
 }
 
 ExitCode translate(int argc, char** argv) {
   const bool json = std::find(argv, argv + argc, std::string("--json")) != argv + argc;
   const auto failed = [&](ExitCode code, const char* kind, const std::string& shown, const std::string& message) {
-    return fail(code, shown, json ? format_error_json(kind, message) : "");
+    return fail(code, shown, json ? files::format_error_json(kind, message) : "");
   };
   try {
     return parse_and_run(argc, argv);
@@ -151,25 +151,26 @@ ExitCode translate(int argc, char** argv) {
                   "error: " + escape_for_terminal(error.what()) + "\n" + error.help + " shows the usage", error.what());
   } catch (const UsageError& error) {
     return failed(ExitCode::usage, "usage", "error: " + escape_for_terminal(error.what()), error.what());
-  } catch (const UnknownNameError& error) {
+  } catch (const study::UnknownNameError& error) {
     return failed(ExitCode::usage, "usage", "error: " + escape_for_terminal(error.what()), error.what());
   } catch (const SpecError& error) {
     return fail_spec(error, json);
   } catch (const MotionFailure& error) {
     const std::string message = std::string("error: ") + error.what();
-    return fail(ExitCode::mechanism, message, json ? format_error_json("mechanism", error.outcome) : "");
+    return fail(ExitCode::mechanism, message, json ? files::format_error_json("mechanism", error.outcome) : "");
   } catch (const MechanismFailure& error) {
     const std::string message = std::string("error: ") + error.what();
-    return fail(ExitCode::mechanism, message, json ? format_error_json("mechanism", error.what(), error.status) : "");
-  } catch (const UnsolvableMechanism& error) {
+    return fail(ExitCode::mechanism, message,
+                json ? files::format_error_json("mechanism", error.what(), error.status) : "");
+  } catch (const kinematics::UnsolvableMechanism& error) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
-                json ? format_error_json("mechanism", error.outcome) : "");
+                json ? files::format_error_json("mechanism", error.outcome) : "");
   } catch (const DeadlineExceeded& error) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
-                json ? format_error_json("mechanism", error.what(), "stopped") : "");
+                json ? files::format_error_json("mechanism", error.what(), "stopped") : "");
   } catch (const SystemError& error) {
     return failed(ExitCode::system, "system", "error: " + escape_for_terminal(error.what()), error.what());
-  } catch (const Cancelled& error) {
+  } catch (const files::Cancelled& error) {
     print_message(error.what());
     // InterruptGuard has cleared a signal that it caught
     return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) +

@@ -26,20 +26,21 @@ namespace {
 /// The mechanism at rest with its actuated coordinates at their assembly values, or zero.
 RunResult assembled_state(const Study& study) {
   const Mechanism& mechanism = study.mechanism;
-  ConfigurationResult assembled = solve_configuration(mechanism, actuators_as_assembled(mechanism));
+  kinematics::ConfigurationResult assembled =
+      kinematics::solve_configuration(mechanism, kinematics::actuators_as_assembled(mechanism));
   if (assembled.outcome.status != MotionStatus::done) throw MotionFailure(assembled.outcome);
-  return evaluate_single_state(mechanism, {.configuration = std::move(assembled.coordinates)});
+  return dynamics::evaluate_single_state(mechanism, {.configuration = std::move(assembled.coordinates)});
 }
 
-StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& output, const std::string& what,
-                            AcceptedRuns accepted) {
+files::StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& output, const std::string& what,
+                                   AcceptedRuns accepted) {
   SimulateOptions options;
   options.spec.spec = name.spec;
   options.trajectory = name.trajectory;
   const Study study = read_study(options.spec);
   if (accepted == AcceptedRuns::motions_and_states && study.trajectories.empty() && name.trajectory.empty()) {
     check_overwrites_no_input(output, what, list_input_files(study));
-    StoredRun state{.path = study.spec_file, .title = study.mechanism.name, .spec_text = study.spec_text};
+    files::StoredRun state{.path = study.spec_file, .title = study.mechanism.name, .spec_text = study.spec_text};
     state.result = call_library(false, study, [&] { return assembled_state(study); });
     if (state.result.time.size() == 0) throw MotionFailure(state.result.outcome);
     return state;
@@ -52,13 +53,13 @@ StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& o
         "note: {}: using {}, the first of its {} trajectories; {}", study.spec_file, quote_for_message(trajectory.name),
         study.trajectories.size(),
         name.spec == "-" ? "save the spec to a file to select another" : name.spec + ":NAME selects another"));
-  StoredRun run{.path = study.spec_file,
-                .group = name.trajectory,
-                .title = study.mechanism.name,
-                .spec_text = study.spec_text,
-                .trajectory = trajectory.name,
-                .law = law_name(trajectory),
-                .drive = name_of(trajectory.drive)};
+  files::StoredRun run{.path = study.spec_file,
+                       .group = name.trajectory,
+                       .title = study.mechanism.name,
+                       .spec_text = study.spec_text,
+                       .trajectory = trajectory.name,
+                       .law = law_name(trajectory),
+                       .drive = name_of(trajectory.drive)};
   try {
     run.result = simulate(study.mechanism, trajectory);
   } catch (const std::invalid_argument& error) {
@@ -87,19 +88,19 @@ void check_standard_input_once(const std::vector<std::string>& names) {
     throw UsageError("standard input, -, can be read only once: save the spec to a file");
 }
 
-StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
-                               AcceptedRuns accepted) {
+files::StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
+                                      AcceptedRuns accepted) {
   const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
   check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "its input"}});
-  StoredRun file = spec                                ? simulate_spec_run(*spec, output, what, accepted)
-                   : accepted == AcceptedRuns::motions ? read_motion_file(name)
-                                                       : read_result_file(name);
+  files::StoredRun file = spec                                ? simulate_spec_run(*spec, output, what, accepted)
+                          : accepted == AcceptedRuns::motions ? files::read_motion_file(name)
+                                                              : read_result_file(name);
   check_overwrites_no_input(output, what, {{file.path, "its input"}});
   if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
   return file;
 }
 
-void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism) {
+void check_run_matches_mechanism(const files::StoredRun& run, const Mechanism& mechanism) {
   std::vector<std::string> coordinates, joints;
   for (const Coordinate& coordinate : mechanism.coordinates) coordinates.push_back(coordinate.name);
   for (const Joint& joint : mechanism.joints) joints.push_back(joint.name);
@@ -109,7 +110,7 @@ void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanis
     throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
 }
 
-Mechanism read_run_mechanism(const StoredRun& run) {
+Mechanism read_run_mechanism(const files::StoredRun& run) {
   const ReadOptions options{.set = run.overrides};
   Mechanism mechanism;
   if (run.free_values.size() == 0) {

@@ -28,16 +28,16 @@ enum class AcceptedRuns { motions, motions_and_states };
 /// @param accepted with states, a spec without a motion gives the state in which it is assembled, at rest
 /// @throws SystemError for a file that cannot be read; SpecError; UsageError for an unknown trajectory or an output
 /// that would replace an input; MotionFailure
-StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
-                               AcceptedRuns accepted = AcceptedRuns::motions);
+files::StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
+                                      AcceptedRuns accepted = AcceptedRuns::motions);
 
 /// The mechanism of a run, from the spec in its file; of a run in a design file, with its free numbers.
 /// @throws SpecError for a spec that cannot be read here, such as one whose tables are missing; SystemError if the run
 /// does not belong to it
-Mechanism read_run_mechanism(const StoredRun& run);
+Mechanism read_run_mechanism(const files::StoredRun& run);
 
 /// @throws SystemError if the run does not belong to the mechanism
-void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism);
+void check_run_matches_mechanism(const files::StoredRun& run, const Mechanism& mechanism);
 
 /// A spec together with one of its trajectories: `arm.yaml:cycloid`.
 struct SpecTrajectoryName {

@@ -36,10 +36,10 @@ void print_notes(const SimulateOptions& options, const RunResult& result) {
 }
 
 std::vector<std::string> write_files(const SimulateOptions& options, const RunResult& result,
-                                     const Provenance& description) {
-  WriteOptions write;
-  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
-  write.compression = options.compress ? Compression::gzip : Compression::none;
+                                     const files::Provenance& description) {
+  files::WriteOptions write;
+  write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
+  write.compression = options.compress ? files::Compression::gzip : files::Compression::none;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
   std::vector<std::string> files;
@@ -55,7 +55,7 @@ std::vector<std::string> write_files(const SimulateOptions& options, const RunRe
 }
 
 void print_result(const SimulateOptions& options, const Study& study, const RunResult& result,
-                  const Provenance& description, const std::vector<std::string>& files) {
+                  const files::Provenance& description, const std::vector<std::string>& files) {
   if (options.spec.json) return print(format_result_json(result, description, files));
   if (options.quiet) return;
   std::string text = format_result_summary(result, description, choose_text_options(options.spec, study));
@@ -117,10 +117,10 @@ void add_run_options(CLI::App& parser, SimulateOptions& o) {
   parser.add_flag("--poses", o.poses, "also write the poses of all bodies");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(integer_range_validator(min_samples, max_samples));
+      ->check(integer_range_validator(trajectory::min_samples, trajectory::max_samples));
   parser.add_option("--duration", o.duration, "duration in seconds")
       ->type_name("T")
-      ->check(number_range_validator(min_duration, max_duration));
+      ->check(number_range_validator(trajectory::min_duration, trajectory::max_duration));
   parser.add_option("--about", o.about, "reference point of moments, in metres")->type_name("X,Y[,Z]");
   parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
   add_units_option(parser, o.spec.units);
@@ -155,14 +155,14 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
 InverseOptions choose_state_options(const SimulateOptions& options, const Study& study) {
   std::optional<Trajectory> trajectory;
   if (!study.trajectories.empty() || !options.trajectory.empty()) trajectory = choose_trajectory(options, study);
-  InverseOptions of_state = make_state_options(trajectory ? &*trajectory : nullptr);
+  InverseOptions of_state = dynamics::make_state_options(trajectory ? &*trajectory : nullptr);
   of_state.independent = options.state.independent;
   if (!options.about.empty()) of_state.about = parse_moment_reference(options.about, study.mechanism.space);
   return of_state;
 }
 
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
-  Trajectory trajectory = balance::choose_trajectory(study, options.trajectory);
+  Trajectory trajectory = study::choose_trajectory(study, options.trajectory);
   change_timing(trajectory, options);
   if (!options.about.empty()) trajectory.about = parse_moment_reference(options.about, study.mechanism.space);
   return trajectory;
@@ -173,38 +173,39 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
     throw UsageError("--poses needs a file to write them to: --output or --csv");
   if (options.split && options.output.empty() && options.csv.empty())
     throw UsageError("--split needs a file to write the contributions to: --output or --csv");
-  check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output_path);
-  const std::vector<InputFile> inputs = list_input_files(study);
+  check_standard_output({options.output, options.csv}, options.spec.json,
+                        options.output == files::standard_output_path);
+  const std::vector<files::InputFile> inputs = list_input_files(study);
   for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);
-  if (!options.output.empty() && !options.csv.empty() && is_same_file(options.output, options.csv)) {
+  if (!options.output.empty() && !options.csv.empty() && files::is_same_file(options.output, options.csv)) {
     throw UsageError("--output and --csv name the same file: " + options.output);
   }
 }
 
-Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
-  return make_simulation_provenance(study, trajectory,
-                                    {.spec_file = options.spec.spec,
-                                     .trajectory = trajectory.name,
-                                     .samples = options.samples,
-                                     .duration = options.duration,
-                                     .about = options.about,
-                                     .compress = options.compress,
-                                     .poses = options.poses,
-                                     .split = options.split,
-                                     .formulation = options.formulation});
+files::Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
+  return files::make_simulation_provenance(study, trajectory,
+                                           {.spec_file = options.spec.spec,
+                                            .trajectory = trajectory.name,
+                                            .samples = options.samples,
+                                            .duration = options.duration,
+                                            .about = options.about,
+                                            .compress = options.compress,
+                                            .poses = options.poses,
+                                            .split = options.split,
+                                            .formulation = options.formulation});
 }
 
-Provenance describe_state(const SimulateOptions& options, const Study& study) {
-  return describe_state(study, {.spec_file = options.spec.spec,
-                                .at = options.state.at,
-                                .rates = options.state.rates,
-                                .accelerations = options.state.accelerations,
-                                .trajectory = options.trajectory,
-                                .independent = options.state.independent,
-                                .time = options.state.time,
-                                .about = options.about,
-                                .compress = options.compress,
-                                .poses = options.poses});
+files::Provenance describe_state(const SimulateOptions& options, const Study& study) {
+  return files::describe_state(study, {.spec_file = options.spec.spec,
+                                       .at = options.state.at,
+                                       .rates = options.state.rates,
+                                       .accelerations = options.state.accelerations,
+                                       .trajectory = options.trajectory,
+                                       .independent = options.state.independent,
+                                       .time = options.state.time,
+                                       .about = options.about,
+                                       .compress = options.compress,
+                                       .poses = options.poses});
 }
 
 }  // namespace balance::app

@@ -46,10 +46,10 @@ void check_formulation(const SimulateOptions& options, const Study& study);
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const SimulateOptions& options, const Study& study);
 
-Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
+files::Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 
 /// The same for a single state.
-Provenance describe_state(const SimulateOptions& options, const Study& study);
+files::Provenance describe_state(const SimulateOptions& options, const Study& study);
 
 /// Options of `balance control`: those of `balance simulate` plus a controller.
 struct ControlCommandOptions {
@@ -61,8 +61,8 @@ struct ControlCommandOptions {
 
 void add_control_options(CLI::App& parser, ControlCommandOptions& options);
 
-Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
-                    const Controller& controller);
+files::Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                           const Controller& controller);
 
 // Messages and files of the commands that run a mechanism.
 
@@ -75,10 +75,10 @@ void print_notes(const SimulateOptions& options, const RunResult& result);
 /// Writes the requested files and returns their names. Signals are deferred until each file is complete or removed.
 /// @throws SystemError, Cancelled
 std::vector<std::string> write_files(const SimulateOptions& options, const RunResult& result,
-                                     const Provenance& description);
+                                     const files::Provenance& description);
 
 /// Prints the metrics to stdout: as JSON if requested, else as text unless --quiet. @param files that were written
 void print_result(const SimulateOptions& options, const Study& study, const RunResult& result,
-                  const Provenance& description, const std::vector<std::string>& files);
+                  const files::Provenance& description, const std::vector<std::string>& files);
 
 }  // namespace balance::app

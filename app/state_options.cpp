@@ -27,10 +27,10 @@ const Trajectory& choose_state_trajectory(const StateOptions& options, const Stu
 
 std::vector<CoordinateValue> find_state_configuration(const StateOptions& options, const Study& study) {
   const Mechanism& mechanism = study.mechanism;
-  ConfigurationResult result =
-      options.at == "end"     ? find_end_configuration(mechanism, choose_state_trajectory(options, study))
-      : options.at == "start" ? find_start_configuration(mechanism, choose_state_trajectory(options, study))
-                              : solve_configuration(mechanism, read_pose(options.at, study));
+  kinematics::ConfigurationResult result =
+      options.at == "end"     ? simulation::find_end_configuration(mechanism, choose_state_trajectory(options, study))
+      : options.at == "start" ? simulation::find_start_configuration(mechanism, choose_state_trajectory(options, study))
+                              : kinematics::solve_configuration(mechanism, specification::read_pose(options.at, study));
   if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
   return std::move(result.coordinates);
 }
@@ -49,7 +49,7 @@ void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_
       ->needs(at);
   parser.add_option("--time", o.time, "time in seconds, for loads and payloads that depend on it")
       ->type_name("T")
-      ->check(number_range_validator(-max_duration, max_duration))
+      ->check(number_range_validator(-trajectory::max_duration, trajectory::max_duration))
       ->needs(at);
   parser
       .add_option("--independent", o.independent,
@@ -60,11 +60,11 @@ void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_
       ->needs(at);
 }
 
-SingleState read_state(const StateOptions& options, const Study& study) {
-  SingleState state;
-  if (!options.rates.empty()) state.rates = read_coordinate_rates(options.rates, "--rates", study);
+dynamics::SingleState read_state(const StateOptions& options, const Study& study) {
+  dynamics::SingleState state;
+  if (!options.rates.empty()) state.rates = specification::read_coordinate_rates(options.rates, "--rates", study);
   if (!options.accelerations.empty())
-    state.accelerations = read_coordinate_rates(options.accelerations, "--accelerations", study);
+    state.accelerations = specification::read_coordinate_rates(options.accelerations, "--accelerations", study);
   state.configuration = find_state_configuration(options, study);
   state.time = options.time;
   return state;

@@ -28,7 +28,7 @@ void add_state_options(CLI::App& parser, StateOptions& options, const std::strin
 
 /// Assembles the mechanism in the pose given by --at and sets the requested rates and accelerations.
 /// @throws UsageError, SpecError; MotionFailure if the mechanism cannot reach the pose
-SingleState read_state(const StateOptions& options, const Study& study);
+dynamics::SingleState read_state(const StateOptions& options, const Study& study);
 
 /// Calls `question` and translates the library's exceptions: an invalid argument becomes a UsageError or a SpecError.
 /// @param by_options whether the options ask for anything beyond the spec
@@ -36,7 +36,7 @@ template <class Question>
 auto call_library(bool by_options, const Study& study, const Question& question) {
   try {
     return question();
-  } catch (const UnsolvableMechanism& error) {
+  } catch (const kinematics::UnsolvableMechanism& error) {
     throw MotionFailure(error.outcome);
   } catch (const std::invalid_argument& error) {
     if (by_options) throw UsageError(error.what());

@@ -36,16 +36,17 @@ void add_verbose_flag(CLI::App& parser, bool& value) {
 
 bool has_spec_units(const std::string& value) { return value == "spec"; }
 
-TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
-  TextOptions text = has_spec_units(options.units) ? make_text_options(study.spec_text) : TextOptions();
+files::TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
+  files::TextOptions text =
+      has_spec_units(options.units) ? files::make_text_options(study.spec_text) : files::TextOptions();
   text.width = text_width();
   text.verbose = options.verbose;
   return text;
 }
 
-TextOptions choose_design_text_options(const SpecOptions& options, const Study& study) {
-  TextOptions text = choose_text_options(options, study);
-  text.number_units = list_number_units(study);
+files::TextOptions choose_design_text_options(const SpecOptions& options, const Study& study) {
+  files::TextOptions text = choose_text_options(options, study);
+  text.number_units = specification::list_number_units(study);
   return text;
 }
 
@@ -68,7 +69,7 @@ DesignSpace read_space(const SpecOptions& options) {
 }
 
 void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {
-  const auto stdout_count = std::count(files.begin(), files.end(), standard_output_path);
+  const auto stdout_count = std::count(files.begin(), files.end(), files::standard_output_path);
   if (stdout_count == 0) return;
   if (stdout_count > 1) throw UsageError("two files cannot both go to standard output");
   if (json) throw UsageError("--json uses standard output, so no file can be written to -");
@@ -76,24 +77,24 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
     throw UsageError("standard output is a terminal, which cannot show HDF5; redirect it to a file or a program");
 }
 
-std::vector<InputFile> list_input_files(const Study& study) {
-  std::vector<InputFile> inputs = {{study.spec_file, "the spec"}};
-  for (const std::string& file : list_spec_files(study.spec_text, study.spec_file))
+std::vector<files::InputFile> list_input_files(const Study& study) {
+  std::vector<files::InputFile> inputs = {{study.spec_file, "the spec"}};
+  for (const std::string& file : specification::list_spec_files(study.spec_text, study.spec_file))
     if (file != study.spec_file) inputs.push_back({file, "a table or a part of the spec"});
   return inputs;
 }
 
 void check_overwrites_no_input(const std::string& output, const std::string& what,
-                               const std::vector<InputFile>& inputs) {
-  if (const InputFile* replaced = find_replaced_input(output, inputs))
+                               const std::vector<files::InputFile>& inputs) {
+  if (const files::InputFile* replaced = find_replaced_input(output, inputs))
     throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->description, replaced->path));
 }
 
-void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs,
+void check_output(const std::string& output, const std::string& what, const std::vector<files::InputFile>& inputs,
                   bool force) {
   if (output.empty()) return;
   check_overwrites_no_input(output, what, inputs);
-  check_writable(output, force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  check_writable(output, force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
 }
 
 }  // namespace balance::app

@@ -42,10 +42,10 @@ void add_verbose_flag(CLI::App& parser, bool& value);
 bool has_spec_units(const std::string& value);
 
 /// Units of the spec unless `--units si`; as wide as the terminal, at least and otherwise 80 columns.
-TextOptions choose_text_options(const SpecOptions& options, const Study& study);
+files::TextOptions choose_text_options(const SpecOptions& options, const Study& study);
 
 /// The same, with the units of the spec's numbers. Reads the text of the spec again.
-TextOptions choose_design_text_options(const SpecOptions& options, const Study& study);
+files::TextOptions choose_design_text_options(const SpecOptions& options, const Study& study);
 
 /// Reads the spec and applies the overrides. @throws UsageError for an override that is not of the form `name=value` or
 /// does not match the spec; otherwise as read_spec_file
@@ -58,17 +58,18 @@ DesignSpace read_space(const SpecOptions& options);
 ReadOptions read_options(const SpecOptions& options);
 
 /// All files that the spec is read from: itself, its tables and, recursively, its parts.
-std::vector<InputFile> list_input_files(const Study& study);
+std::vector<files::InputFile> list_input_files(const Study& study);
 
 /// @param output empty: none
 /// @param what "the result", "the page"
 /// @throws UsageError if the output would replace one of the inputs, under any path
 void check_overwrites_no_input(const std::string& output, const std::string& what,
-                               const std::vector<InputFile>& inputs);
+                               const std::vector<files::InputFile>& inputs);
 
 /// Checks an output file before the computation. --force does not permit replacing an input.
 /// @throws UsageError as check_overwrites_no_input, SystemError as check_writable
-void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs, bool force);
+void check_output(const std::string& output, const std::string& what, const std::vector<files::InputFile>& inputs,
+                  bool force);
 
 /// Rejects conflicting uses of standard output: two files, a file and JSON, or binary data on a terminal.
 /// @param files that will be written; empty names: none @throws UsageError

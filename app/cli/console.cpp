@@ -33,12 +33,12 @@ void print(const std::string& text) {
 void print_text(const std::string& text) { print(escape_lines_for_terminal(text)); }
 
 void print_status(const std::vector<std::string>& files, const std::string& text) {
-  if (std::find(files.begin(), files.end(), standard_output_path) == files.end()) return print_text(text);
+  if (std::find(files.begin(), files.end(), files::standard_output_path) == files.end()) return print_text(text);
   std::fputs(escape_lines_for_terminal(text).c_str(), stderr);
 }
 
 std::string format_written_message(const std::string& file, const std::string& what) {
-  return file == standard_output_path ? "" : what + ": " + escape_for_terminal(file) + "\n";
+  return file == files::standard_output_path ? "" : what + ": " + escape_for_terminal(file) + "\n";
 }
 
 void print_message(const std::string& text) { print_message_lines(escape_for_terminal(text)); }
@@ -49,8 +49,8 @@ void print_message_lines(const std::string& text) {
 
 std::size_t text_width() {
   winsize size{};
-  if (::isatty(STDOUT_FILENO) != 1 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) return default_text_width;
-  return std::max<std::size_t>(size.ws_col, default_text_width);
+  if (::isatty(STDOUT_FILENO) != 1 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) return files::default_text_width;
+  return std::max<std::size_t>(size.ws_col, files::default_text_width);
 }
 
 ProgressLine::ProgressLine(bool quiet) : is_shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}

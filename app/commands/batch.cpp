@@ -46,17 +46,17 @@ struct BatchCommandOptions {
 void add_batch_options(CLI::App& parser, BatchCommandOptions& options);
 
 /// @throws UsageError if the text is not of the form i/n
-std::optional<Shard> parse_shard(const std::string& text);
+std::optional<batch::Shard> parse_shard(const std::string& text);
 
 /// The folder for the results.
 std::string choose_output_folder(const BatchCommandOptions& options);
 
 /// The library's options without the progress callback. @throws UsageError for an invalid limit
-BatchOptions make_batch_options(const BatchCommandOptions& options);
+batch::BatchOptions make_batch_options(const BatchCommandOptions& options);
 
 namespace {
 
-std::string format_progress(const BatchProgress& progress) {
+std::string format_progress(const batch::BatchProgress& progress) {
   std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
   if (progress.reused > 0) text += fmt::format(", {} finished before", progress.reused);
   if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
@@ -64,26 +64,27 @@ std::string format_progress(const BatchProgress& progress) {
 }
 
 /// Lists the cases and the files that they depend on, for scripts.
-ExitCode print_case_list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
+ExitCode print_case_list(const batch::BatchPlan& plan, const BatchCommandOptions& options,
+                         const std::optional<batch::Shard>& shard) {
   Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
   std::string names;
-  for (const SuiteCase& one : plan.suite.cases) {
+  for (const batch::SuiteCase& one : plan.suite.cases) {
     if (shard && !is_in_shard(one.name, *shard)) continue;
     names += one.name + "\n";
     json["cases"].push_back(one.name);
   }
   json["files"] = {options.suite};
-  for (const SpecSource& spec : plan.specs) {
+  for (const batch::SpecSource& spec : plan.specs) {
     json["files"].push_back(spec.path);
     for (const std::string& table : spec.referenced_files) json["files"].push_back(table);
   }
-  print(options.json ? format_json(json) : names);
+  print(options.json ? files::format_json(json) : names);
   return ExitCode::done;
 }
 
 /// Notes the cases that earlier batches have finished.
-void print_reused_cases(const BatchOutcome& outcome, const BatchCommandOptions& options) {
-  const BatchProgress& progress = outcome.progress;
+void print_reused_cases(const batch::BatchOutcome& outcome, const BatchCommandOptions& options) {
+  const batch::BatchProgress& progress = outcome.progress;
   if (options.quiet || progress.reused == 0) return;
   std::string text = fmt::format("note: {} of {} cases were finished already", progress.reused, progress.total);
   if (progress.reused_failed > 0)
@@ -91,38 +92,38 @@ void print_reused_cases(const BatchOutcome& outcome, const BatchCommandOptions& 
   print_message(text);
 }
 
-std::string format_case(const CaseRecord& record) {
+std::string format_case(const batch::CaseRecord& record) {
   return escape_for_terminal(record.name + ": " + record.status +
                              (record.message.empty() ? "" : ": " + record.message));
 }
 
 /// Reports the results of a shard, without the summary of all cases and without requirements.
-ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+ExitCode report_shard(const batch::BatchOutcome& outcome, const BatchCommandOptions& options) {
   int code = 0;
   std::string text;
   Json json = {{"shard", options.shard}, {"cases", Json::array()}};
-  for (const CaseRecord& record : outcome.records) {
+  for (const batch::CaseRecord& record : outcome.records) {
     code = std::max(code, record.exit_code());
     text += format_case(record) + "\n";
     json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
   }
   if (options.json)
-    print(format_json(json));
+    print(files::format_json(json));
   else if (!options.quiet)
     print_text(text);
   else
-    for (const CaseRecord& record : outcome.records)
+    for (const batch::CaseRecord& record : outcome.records)
       if (record.status != "done") print_message("FAILED " + format_case(record));
   return static_cast<ExitCode>(code);
 }
 
-ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
-  const BatchSummary summary = summarise_batch(plan.suite, std::move(outcome.records));
+ExitCode report(const batch::BatchPlan& plan, batch::BatchOutcome outcome, const BatchCommandOptions& options) {
+  const batch::BatchSummary summary = summarise_batch(plan.suite, std::move(outcome.records));
   const std::vector<std::string> files = [&] {
     const SignalDeferral deferred;
     return write_summary(choose_output_folder(options), summary);
   }();
-  if (pending_signal() != 0) throw Cancelled("interrupted, after the summary was written");
+  if (pending_signal() != 0) throw files::Cancelled("interrupted, after the summary was written");
   if (options.json) {
     print(summary_json(summary));
   } else if (!options.quiet) {
@@ -138,19 +139,19 @@ ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandO
 }
 
 ExitCode run(const BatchCommandOptions& options) {
-  const std::optional<Shard> shard = parse_shard(options.shard);
+  const std::optional<batch::Shard> shard = parse_shard(options.shard);
   if (options.merge && shard) throw UsageError("--merge covers all cases and cannot be combined with --shard");
-  const BatchPlan plan = make_batch_plan(read_suite_file(options.suite));
+  const batch::BatchPlan plan = make_batch_plan(batch::read_suite_file(options.suite));
   if (options.list) return print_case_list(plan, options, shard);
   if (const std::string conflict = find_overwritten_input(plan, choose_output_folder(options)); !conflict.empty())
     throw UsageError(conflict);
   if (options.merge) return report(plan, collect_batch(plan, choose_output_folder(options)), options);
   set_interrupt_message("interrupted; finished cases are kept, and the same command continues after them");
-  BatchOutcome outcome;
+  batch::BatchOutcome outcome;
   {
     ProgressLine line(options.quiet);
-    BatchOptions batch = make_batch_options(options);
-    batch.progress = [&line](const BatchProgress& progress) { line.draw(format_progress(progress)); };
+    batch::BatchOptions batch = make_batch_options(options);
+    batch.progress = [&line](const batch::BatchProgress& progress) { line.draw(format_progress(progress)); };
     outcome = run_batch(plan, batch);
   }
   print_reused_cases(outcome, options);
@@ -196,7 +197,7 @@ double parse_seconds(const std::string& text) {
       "--case-timeout needs seconds, such as 60, or 0 for none, not " + quote_for_message(text);
   const auto [number, unit] = split_number(text, error_message);
   for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
-    if (unit == name && number * seconds <= max_duration) return number * seconds;
+    if (unit == name && number * seconds <= trajectory::max_duration) return number * seconds;
   throw UsageError(error_message);
 }
 
@@ -257,9 +258,9 @@ void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
   parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
-std::optional<Shard> parse_shard(const std::string& text) {
+std::optional<batch::Shard> parse_shard(const std::string& text) {
   if (text.empty()) return std::nullopt;
-  Shard shard;
+  batch::Shard shard;
   const char* const end = text.data() + text.size();
   const auto [slash, index_error] = std::from_chars(text.data(), end, shard.index);
   const bool has_index = index_error == std::errc() && slash != end && *slash == '/';
@@ -275,15 +276,15 @@ std::string choose_output_folder(const BatchCommandOptions& options) {
   return std::filesystem::path(options.suite).stem().string() + "-results";
 }
 
-BatchOptions make_batch_options(const BatchCommandOptions& options) {
-  BatchOptions batch;
+batch::BatchOptions make_batch_options(const BatchCommandOptions& options) {
+  batch::BatchOptions batch;
   batch.folder = choose_output_folder(options);
   batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   batch.shard = parse_shard(options.shard);
   batch.force = options.force;
   if (!options.case_timeout.empty()) batch.limits.wall_seconds = parse_seconds(options.case_timeout);
   if (!options.case_memory.empty()) batch.limits.memory_bytes = parse_bytes(options.case_memory);
-  batch.stored_output = options.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
+  batch.stored_output = options.metrics_only ? batch::StoredOutput::metrics_only : batch::StoredOutput::series;
   batch.retry_failed = options.retry_failed;
   return batch;
 }

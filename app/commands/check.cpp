@@ -19,7 +19,7 @@ struct CheckOptions {
   bool verify = false;
 };
 
-std::optional<VerifyReport> verify_or_throw(const Study& study) {
+std::optional<verification::VerifyReport> verify_or_throw(const Study& study) {
   try {
     return verify_formulations(study);
   } catch (const std::invalid_argument& error) {
@@ -43,13 +43,14 @@ ExitCode run(const CheckOptions& check_options) {
   const CheckReport report = check_with_progress(study);
   const bool done = report.outcome.status == MotionStatus::done;
   // With --json a failure prints only the error document. As text, the report so far is printed first.
-  std::optional<VerifyReport> verified;
+  std::optional<verification::VerifyReport> verified;
   if (check_options.verify && done) verified = verify_or_throw(study);
-  if (options.json && done) print(check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
+  if (options.json && done)
+    print(reports::check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
   if (!options.json) {
-    const TextOptions text = choose_text_options(options, study);
-    print_text(check_text(report, study.mechanism, text));
-    if (verified) print_text("\n" + verify_text(*verified, text));
+    const files::TextOptions text = choose_text_options(options, study);
+    print_text(reports::check_text(report, study.mechanism, text));
+    if (verified) print_text("\n" + reports::verify_text(*verified, text));
   }
   if (!done) throw MotionFailure(report.outcome);
   if (!verified) return ExitCode::done;

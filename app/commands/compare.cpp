@@ -43,15 +43,17 @@ ComparisonFormat choose_format(const CompareOptions& options);
 namespace {
 
 /// @param specs_are_si set to false if a spec is in other units
-std::vector<NamedRun> read_runs(const CompareOptions& options, bool& specs_are_si) {
-  std::vector<NamedRun> runs;
-  std::vector<RunLocation> locations;
+std::vector<comparison::NamedRun> read_runs(const CompareOptions& options, bool& specs_are_si) {
+  std::vector<comparison::NamedRun> runs;
+  std::vector<comparison::RunLocation> locations;
   for (const std::string& file : options.files) {
-    StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
-    if (has_other_units(read_display_units(run.spec_text))) specs_are_si = false;
-    locations.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
+    files::StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
+    if (files::has_other_units(specification::read_display_units(run.spec_text))) specs_are_si = false;
+    locations.push_back({run.path == specification::standard_input ? "stdin" : run.path, run.group});
     std::shared_ptr<const Mechanism> mechanism =
-        options.requirements.empty() ? nullptr : read_mechanism_of(run.result, run.spec_text, run.path, run.overrides);
+        options.requirements.empty()
+            ? nullptr
+            : comparison::read_mechanism_of(run.result, run.spec_text, run.path, run.overrides);
     runs.push_back(
         {"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result), std::move(mechanism)});
   }
@@ -60,7 +62,8 @@ std::vector<NamedRun> read_runs(const CompareOptions& options, bool& specs_are_s
   return runs;
 }
 
-std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+std::vector<comparison::RequirementVerdict> judge(const std::vector<std::string>& texts,
+                                                  const std::vector<comparison::NamedRun>& runs) {
   try {
     return judge_requirements(texts, runs);
   } catch (const std::invalid_argument& error) {
@@ -68,52 +71,54 @@ std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, con
   }
 }
 
-std::string format_comparison(ComparisonFormat format, const ComparedRuns& compared,
-                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection selection,
-                              std::size_t width) {
+std::string format_comparison(ComparisonFormat format, const comparison::ComparedRuns& compared,
+                              const std::vector<comparison::RequirementVerdict>& verdicts,
+                              reports::QuantitySelection selection, std::size_t width) {
   switch (format) {
     case ComparisonFormat::text: return comparison_text(compared, verdicts, selection, width);
     case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, selection);
-    case ComparisonFormat::csv: return comparison_csv(compared);
-    case ComparisonFormat::json: return comparison_json(compared, verdicts);
-    case ComparisonFormat::junit: return junit_xml("balance compare", {make_verdict_suite("requirements", verdicts)});
+    case ComparisonFormat::csv: return reports::comparison_csv(compared);
+    case ComparisonFormat::json: return reports::comparison_json(compared, verdicts);
+    case ComparisonFormat::junit:
+      return reports::junit_xml("balance compare", {reports::make_verdict_suite("requirements", verdicts)});
   }
   return "";
 }
 
 void write_file(const CompareOptions& options, const std::string& content) {
   const SignalDeferral deferred;
-  AtomicFile pending(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  files::AtomicFile pending(options.output,
+                            options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
   pending.write(content);
-  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
   pending.commit();
 }
 
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
   check_standard_input_once(options.files);
-  std::vector<InputFile> inputs;
+  std::vector<files::InputFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({file, "its input"});
   check_output(options.output, "the comparison", inputs, options.force);
   bool specs_are_si = true;
-  const std::vector<NamedRun> runs = read_runs(options, specs_are_si);
-  const std::vector<RequirementVerdict> verdicts = judge(options.requirements, runs);
-  ComparedRuns compared = compare_runs(runs);
+  const std::vector<comparison::NamedRun> runs = read_runs(options, specs_are_si);
+  const std::vector<comparison::RequirementVerdict> verdicts = judge(options.requirements, runs);
+  comparison::ComparedRuns compared = compare_runs(runs);
   if (!specs_are_si) compared.notes.emplace_back("all figures are SI, although the specs are in other units");
-  const std::string content =
-      format_comparison(format, compared, verdicts, options.all ? QuantitySelection::all : QuantitySelection::main,
-                        options.output.empty() ? text_width() : default_text_width);
+  const std::string content = format_comparison(
+      format, compared, verdicts, options.all ? reports::QuantitySelection::all : reports::QuantitySelection::main,
+      options.output.empty() ? text_width() : files::default_text_width);
   if (options.output.empty()) {
     print_text(content);
   } else {
     write_file(options, content);
     if (!options.quiet)
-      print_status({options.output}, format_verdicts(verdicts) + format_written_message(options.output));
+      print_status({options.output}, reports::format_verdicts(verdicts) + format_written_message(options.output));
   }
   // A table of values cannot contain verdicts.
   const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
-  for (const RequirementVerdict& verdict : verdicts) {
-    if (!verdict.holds && !shown) print_message(format_verdict_line(verdict));
+  for (const comparison::RequirementVerdict& verdict : verdicts) {
+    if (!verdict.holds && !shown) print_message(reports::format_verdict_line(verdict));
   }
   return do_all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
 }

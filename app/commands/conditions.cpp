@@ -28,7 +28,7 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
 
 ExitCode run(const ConditionsOptions& options) {
   const DesignSpace space = read_space(options.spec);
-  const ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
+  const reports::ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
   for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));

@@ -49,7 +49,7 @@ ExitCode run(const ControlCommandOptions& options) {
   RunResult result = control_or_throw(study, trajectory, controller, options);
   if (run_options.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
   print_notes(run_options, result);
-  const Provenance description = describe(options, study, trajectory, controller);
+  const files::Provenance description = describe(options, study, trajectory, controller);
   // The part before a run stopped is worth keeping; the file records that the run ended early.
   const bool done = result.outcome.status == MotionStatus::done;
   std::vector<std::string> files;
@@ -93,26 +93,26 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
   controller->type_name("NAME");
   parser.add_option("--settle", o.settle, "time to hold the last pose, in seconds")
       ->type_name("T")
-      ->check(number_range_validator(0, max_duration));
+      ->check(number_range_validator(0, trajectory::max_duration));
   parser.add_option("--steps", o.steps, "limit of integration steps")
       ->type_name("N")
       ->check(integer_range_validator(1));
 }
 
-Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
-                    const Controller& controller) {
+files::Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                           const Controller& controller) {
   const SimulateOptions& o = options.run;
-  return make_simulation_provenance(study, trajectory,
-                                    {.spec_file = o.spec.spec,
-                                     .trajectory = trajectory.name,
-                                     .samples = o.samples,
-                                     .duration = o.duration,
-                                     .about = o.about,
-                                     .compress = o.compress,
-                                     .poses = o.poses,
-                                     .controller = controller.name,
-                                     .settle = options.settle,
-                                     .steps = options.steps});
+  return files::make_simulation_provenance(study, trajectory,
+                                           {.spec_file = o.spec.spec,
+                                            .trajectory = trajectory.name,
+                                            .samples = o.samples,
+                                            .duration = o.duration,
+                                            .about = o.about,
+                                            .compress = o.compress,
+                                            .poses = o.poses,
+                                            .controller = controller.name,
+                                            .settle = options.settle,
+                                            .steps = options.steps});
 }
 
 }  // namespace balance::app

@@ -35,7 +35,7 @@ auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOp
   ProgressLine line(options.quiet || options.spec.json);
   const InterruptGuard interrupt;
   const Stopwatch watch;
-  study_options.on_progress = [&](const SearchProgress& progress) {
+  study_options.on_progress = [&](const design::SearchProgress& progress) {
     line.draw_fraction(what, progress.seconds / progress.max_time);
     if (interrupt.was_interrupted() && !interrupted) interrupted = watch.seconds();
     return !interrupt.was_interrupted();
@@ -47,7 +47,7 @@ auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOp
   } catch (const MechanismFailure&) {
     if (!interrupt.was_interrupted()) throw;
   }
-  throw Cancelled(nothing_written_message);
+  throw files::Cancelled(nothing_written_message);
 }
 
 namespace {
@@ -59,14 +59,14 @@ void check_certificate(const DesignCommandOptions& options, const std::string& o
 }
 
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
-                                     const std::string& balanced, const DesignReportData& view) {
-  WriteOptions write;
-  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+                                     const std::string& balanced, const reports::DesignReportData& view) {
+  files::WriteOptions write;
+  write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
   std::vector<std::string> files;
   const auto write_text = [&](const std::string& path, const std::string& text) {
-    AtomicFile file(path, write.existing);
+    files::AtomicFile file(path, write.existing);
     file.write(text);
     throw_if_cancelled(write);
     file.commit();
@@ -74,7 +74,8 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   };
   if (!options.output.empty()) write_text(options.output, balanced);
   if (!options.certificate.empty())
-    write_text(options.certificate, format_certificate(view.report, view.objective, describe(options, space.start)));
+    write_text(options.certificate,
+               reports::format_certificate(view.report, view.objective, describe(options, space.start)));
   if (!options.h5.empty()) {
     write_design(options.h5, view, describe(options, space.start), write);
     files.push_back(options.h5);
@@ -99,7 +100,7 @@ ExitCode run(const DesignCommandOptions& options) {
   if (!report.length_bound) check_certificate(options, "the search ended without a bound");
   if (report.length_bound) check_certificate(options, report.length_bound->reason);
   const std::string spec = designed_spec_or_throw(space, report);
-  DesignReportData view = make_design_data(study_options, space, spec, std::move(report));
+  reports::DesignReportData view = reports::make_design_data(study_options, space, spec, std::move(report));
   view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
@@ -146,7 +147,7 @@ namespace {
 constexpr const char* middle = "middle";
 
 /// Index of the point named by the option; −1 if none.
-int choose_point(const std::string& name, const ParetoFront& front) {
+int choose_point(const std::string& name, const design::ParetoFront& front) {
   if (name.empty() || front.points.empty()) return -1;
   if (name == middle) return find_compromise_point(front);
   const auto count = static_cast<int>(front.points.size());
@@ -161,26 +162,27 @@ struct FrontDesign {
 };
 
 FrontDesign make_front_design(const DesignStudyOptions& study_options, const DesignSpace& space,
-                              const ParetoPoint& point, const TextOptions& text) {
+                              const design::ParetoPoint& point, const files::TextOptions& text) {
   FrontDesign chosen;
   DesignReport report = make_pareto_design(space, point, study_options.compare_trajectories);
   chosen.spec = designed_spec_or_throw(space, report);
-  const DesignReportData view = make_design_data(study_options, point.space, chosen.spec, std::move(report));
+  const reports::DesignReportData view =
+      reports::make_design_data(study_options, point.space, chosen.spec, std::move(report));
   chosen.text = design_text(view, text);
-  chosen.json = design_json(view, {});
+  chosen.json = reports::design_json(view, {});
   return chosen;
 }
 
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
-                                     const std::string& balanced, const FrontReportData& view) {
-  WriteOptions write;
-  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+                                     const std::string& balanced, const reports::FrontReportData& view) {
+  files::WriteOptions write;
+  write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
   std::vector<std::string> files;
   const auto write_text = [&](const std::string& path, const std::string& text) {
     if (path.empty()) return;
-    AtomicFile file(path, write.existing);
+    files::AtomicFile file(path, write.existing);
     file.write(text);
     throw_if_cancelled(write);
     file.commit();
@@ -219,11 +221,11 @@ void check_front_options(const DesignCommandOptions& options, const Study& study
         "--output writes one design, but a front has several: choose one with --point K or --point middle");
 }
 
-ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
+design::ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
   try {
-    ParetoFront front = compute_pareto_front(space, options);
+    design::ParetoFront front = compute_pareto_front(space, options);
     if (front.points.empty())
-      if (const RequestFailure refusal = find_failure(front.failure))
+      if (const reports::RequestFailure refusal = reports::find_failure(front.failure))
         throw MechanismFailure(refusal.status, refusal.reason);
     return front;
   } catch (const std::invalid_argument& error) {
@@ -234,16 +236,16 @@ ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptio
 ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
   const DesignStudyOptions study_options = make_study_options(options, space.start);
   std::optional<double> interrupted;
-  ParetoFront front =
+  design::ParetoFront front =
       run_interruptible_search(options, study_options, "searching the front (Ctrl-C stops with the points so far)",
                                interrupted, [&](const DesignStudyOptions& interruptible_options) {
                                  return find_front_or_throw(space, interruptible_options);
                                });
-  FrontReportData view = make_front_report_data(study_options, space, std::move(front));
+  reports::FrontReportData view = reports::make_front_report_data(study_options, space, std::move(front));
   view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);
   FrontDesign chosen;
-  const TextOptions text_options = choose_design_text_options(options.spec, space.start);
+  const files::TextOptions text_options = choose_design_text_options(options.spec, space.start);
   if (k >= 0)
     chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)], text_options);
   const std::vector<std::string> files = write_files(options, space, chosen.spec, view);

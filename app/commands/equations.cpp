@@ -54,14 +54,14 @@ void add_equations_options(CLI::App& parser, EquationsOptions& options);
 
 /// The sections named by --only. Without it, those that fit a page of text, or all with --json.
 /// @throws UsageError
-std::set<EquationSection> choose_sections(const EquationsOptions& options);
+std::set<formulas::EquationSection> choose_sections(const EquationsOptions& options);
 
 /// The trajectory whose name is given by --at; nullptr if --at is a pose.
 const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study);
 
 /// Assembles the mechanism in the pose given by --at and sets the requested rates.
 /// @throws UsageError, SpecError; MotionFailure if the mechanism cannot reach the pose
-EquationsQuery make_query(const EquationsOptions& options, const Study& study);
+formulas::EquationsQuery make_query(const EquationsOptions& options, const Study& study);
 
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const EquationsOptions& options, const Study& study);
@@ -106,20 +106,20 @@ auto call_or_throw_usage_error(const EquationsOptions& options, const Study& stu
   return call_library(by_options, study, query);
 }
 
-Provenance describe(const EquationsOptions& options, const Study& study) {
+files::Provenance describe(const EquationsOptions& options, const Study& study) {
   std::vector<std::string> words = {"balance", "equations", study.spec_file, "--at", options.at};
-  append_overrides(words, study);
-  return make_provenance(study, join_command(std::move(words)));
+  files::append_overrides(words, study);
+  return files::make_provenance(study, files::join_command(std::move(words)));
 }
 
-void write(const EquationsOptions& options, const Study& study, const EquationsAlongRun& along) {
+void write(const EquationsOptions& options, const Study& study, const formulas::EquationsAlongRun& along) {
   if (along.outcome.status != MotionStatus::done) throw MotionFailure(along.outcome);
-  WriteOptions write;
-  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
-  write.compression = options.compress ? Compression::gzip : Compression::none;
+  files::WriteOptions write;
+  write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
+  write.compression = options.compress ? files::Compression::gzip : files::Compression::none;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
-  write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
+  reports::write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
@@ -131,25 +131,25 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
       call_or_throw_usage_error(options, study, [&] { return simulate(study.mechanism, trajectory); });
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
   write(options, study, call_or_throw_usage_error(options, study, [&] {
-          return compute_equations_along(study.mechanism, run, options.independent);
+          return formulas::compute_equations_along(study.mechanism, run, options.independent);
         }));
   if (options.spec.json)
-    print(format_json({{"mechanism", study.mechanism.name},
-                       {"trajectory", trajectory.name},
-                       {"samples", run.time.size()},
-                       {"warnings", study.warnings},
-                       {"files", {options.output}}}));
+    print(files::format_json({{"mechanism", study.mechanism.name},
+                              {"trajectory", trajectory.name},
+                              {"samples", run.time.size()},
+                              {"warnings", study.warnings},
+                              {"files", {options.output}}}));
   else
     print_status({options.output}, format_written_message(options.output));
   return ExitCode::done;
 }
 
-EquationsReportData make_equations_data(const EquationsOptions& options, const DesignSpace& space) {
+reports::EquationsReportData make_equations_data(const EquationsOptions& options, const DesignSpace& space) {
   const Study& study = space.start;
-  const EquationsQuery query = make_query(options, study);
-  std::vector<GeometricSymbol> symbols;
-  if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(space);
-  EquationsReport report =
+  const formulas::EquationsQuery query = make_query(options, study);
+  std::vector<conditions::GeometricSymbol> symbols;
+  if (query.sections.count(formulas::EquationSection::parameters) > 0) symbols = conditions::list_symbols(space);
+  formulas::EquationsReport report =
       call_or_throw_usage_error(options, study, [&] { return compute_equations_at(study.mechanism, query, symbols); });
   if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
   return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options),
@@ -166,7 +166,7 @@ ExitCode run(const EquationsOptions& options) {
   check_outputs(options, study);
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
-  const EquationsReportData view = make_equations_data(options, space);
+  const reports::EquationsReportData view = make_equations_data(options, space);
   if (options.spec.json)
     print(equations_json(view, study.warnings));
   else if (options.latex)
@@ -210,7 +210,7 @@ namespace {
 
 /// Section names of poses and of formulas, without duplicates.
 std::vector<std::string> all_section_names() {
-  std::vector<std::string> names = equation_section_names();
+  std::vector<std::string> names = formulas::equation_section_names();
   for (const std::string& name : formulas::sheet_section_names())
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   return names;
@@ -279,16 +279,16 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_formula_options(parser, o);
 }
 
-std::set<EquationSection> choose_sections(const EquationsOptions& options) {
-  using enum EquationSection;
-  const std::vector<std::string>& names = equation_section_names();
-  std::set<EquationSection> sections;
+std::set<formulas::EquationSection> choose_sections(const EquationsOptions& options) {
+  using enum formulas::EquationSection;
+  const std::vector<std::string>& names = formulas::equation_section_names();
+  std::set<formulas::EquationSection> sections;
   for (const std::string& name : options.only) {
     const auto at = std::find(names.begin(), names.end(), name);
     if (at == names.end())
       throw UsageError(fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), quote_for_message(name),
                                    append_nearest_name(name, names)));
-    sections.insert(static_cast<EquationSection>(at - names.begin()));
+    sections.insert(static_cast<formulas::EquationSection>(at - names.begin()));
   }
   if (!sections.empty()) return sections;
   sections = {inertia, velocity, gravity, torques, parameters};
@@ -297,18 +297,19 @@ std::set<EquationSection> choose_sections(const EquationsOptions& options) {
 }
 
 const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study) {
-  return options.at == "start" || options.at == "end" ? nullptr : find_by_name(study.trajectories, options.at);
+  return options.at == "start" || options.at == "end" ? nullptr : study::find_by_name(study.trajectories, options.at);
 }
 
 namespace {
 
-SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
-  SpeedChoice choice;
-  if (!options.speeds.empty()) choice.speeds = read_speeds(options.speeds, "--speeds", study);
+model::SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
+  model::SpeedChoice choice;
+  if (!options.speeds.empty()) choice.speeds = specification::read_speeds(options.speeds, "--speeds", study);
   if (options.speeds.empty() && !options.latex && options.output.empty()) choice.speeds = study.speeds;
-  if (!options.constraints.empty()) choice.constrained = read_speeds(options.constraints, "--constraints", study);
-  for (const GeneralisedSpeed& speed : choice.speeds)
-    for (const GeneralisedSpeed& zero : choice.constrained)
+  if (!options.constraints.empty())
+    choice.constrained = specification::read_speeds(options.constraints, "--constraints", study);
+  for (const model::GeneralisedSpeed& speed : choice.speeds)
+    for (const model::GeneralisedSpeed& zero : choice.constrained)
       if (speed.name == zero.name)
         throw UsageError(
             fmt::format("--constraints: the name {} is already used by --speeds", quote_for_message(zero.name)));
@@ -317,22 +318,23 @@ SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
 
 }  // namespace
 
-EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
-  EquationsQuery query;
+formulas::EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
+  formulas::EquationsQuery query;
   query.speeds = read_choice(options, study);
-  SingleState state = read_state(options, study);
+  dynamics::SingleState state = read_state(options, study);
   query.configuration = std::move(state.configuration);
   query.rates = std::move(state.rates);
   query.accelerations = std::move(state.accelerations);
   query.time = state.time;
   query.independent = options.independent;
   query.sections = choose_sections(options);
-  if (!options.output.empty()) query.sections.insert(EquationSection::redundant);
+  if (!options.output.empty()) query.sections.insert(formulas::EquationSection::redundant);
   return query;
 }
 
 void check_outputs(const EquationsOptions& options, const Study& study) {
-  check_standard_output({options.output}, options.spec.json || options.latex, options.output == standard_output_path);
+  check_standard_output({options.output}, options.spec.json || options.latex,
+                        options.output == files::standard_output_path);
   check_output(options.output, "the result", list_input_files(study), options.force);
 }
 
@@ -355,7 +357,7 @@ std::string title_of(const Study& study) {
   return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
 }
 
-void print_view(const FormulaOptions& options, const Study& study, const SpecNumberTexts& texts) {
+void print_view(const FormulaOptions& options, const Study& study, const study::SpecNumberTexts& texts) {
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
   const formulas::FormulaSheet sheet =
@@ -363,9 +365,9 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecNum
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
-  FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
-                                    {.with_perturbed_parameters = !options.numbers});
+  reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
+  view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
+                                              {.with_perturbed_parameters = !options.numbers});
   if (!view.check.is_consistent)
     throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
                                                       view.check.reason, view.check.states, view.check.error));
@@ -383,13 +385,14 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecNum
 
 ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
-  const std::string text = read_text_file(options.spec.spec, "spec");
-  const DesignSpace space = read_design_space(text, display_name(options.spec.spec), read_options(options.spec));
+  const std::string text = specification::read_text_file(options.spec.spec, "spec");
+  const DesignSpace space =
+      read_design_space(text, specification::display_name(options.spec.spec), read_options(options.spec));
   const Study& study = space.start;
   reject_temporary_payloads(study, "equations of motion");
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
-  const SpecNumberTexts texts = read_spec_number_texts(space, read_options(options.spec));
+  const study::SpecNumberTexts texts = read_spec_number_texts(space, read_options(options.spec));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   try {
     if (options.code.empty()) {

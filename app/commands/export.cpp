@@ -21,7 +21,7 @@ namespace {
 struct ExportOptions {
   SpecOptions spec;
   std::string urdf, mjcf, output, parts, base;
-  ImportOptions options;
+  foreign::ImportOptions options;
   bool force = false;
 
   const std::string& robot() const { return urdf.empty() ? mjcf : urdf; }
@@ -30,23 +30,23 @@ struct ExportOptions {
 void check_call(const ExportOptions& call) {
   if (call.urdf.empty() == call.mjcf.empty()) throw UsageError("expected --urdf FILE or --mjcf FILE");
   check_standard_output({call.output, call.parts}, call.spec.json, false);
-  const std::vector<InputFile> inputs = {
+  const std::vector<files::InputFile> inputs = {
       {call.spec.spec, "the spec"}, {call.robot(), "its input"}, {call.options.loops, "its input"}};
   for (const std::string& output : {call.output, call.parts}) check_output(output, "the output", inputs, call.force);
-  if (!call.parts.empty() && is_same_file(call.output, call.parts))
+  if (!call.parts.empty() && files::is_same_file(call.output, call.parts))
     throw UsageError("--output and --parts name the same file: " + call.output);
 }
 
 void check_overwrites_no_source(const ExportOptions& call, const Study& study, const std::string& robot) {
-  std::vector<InputFile> inputs = list_input_files(study);
-  for (std::string& file : list_referenced_robot_files(robot, display_name(call.robot())))
+  std::vector<files::InputFile> inputs = list_input_files(study);
+  for (std::string& file : foreign::list_referenced_robot_files(robot, specification::display_name(call.robot())))
     inputs.push_back({std::move(file), "a file that the mechanism refers to"});
   for (const std::string& output : {call.output, call.parts}) check_overwrites_no_input(output, "the output", inputs);
 }
 
 void write_file(const std::string& path, const std::string& text, bool force) {
   if (path.empty()) return;
-  AtomicFile file(path, force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  files::AtomicFile file(path, force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
   file.write(text);
   file.commit();
 }
@@ -54,18 +54,19 @@ void write_file(const std::string& path, const std::string& text, bool force) {
 ExitCode run(const ExportOptions& call) {
   check_call(call);
   const Study study = read_study(call.spec);
-  const std::string robot = read_text_file(call.robot(), "robot file");
+  const std::string robot = specification::read_text_file(call.robot(), "robot file");
   check_overwrites_no_source(call, study, robot);
-  const MassExport exported = export_masses(study, robot, display_name(call.robot()), call.options);
+  const foreign::MassExport exported =
+      export_masses(study, robot, specification::display_name(call.robot()), call.options);
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   for (const std::string& note : exported.notes) print_message("note: " + note);
   write_file(call.output, exported.text, call.force);
-  write_file(call.parts, format_balancing_elements_csv(study.mechanism), call.force);
+  write_file(call.parts, foreign::format_balancing_elements_csv(study.mechanism), call.force);
   if (call.spec.json) {
-    print(format_json({{"file", call.output},
-                       {"parts", call.parts.empty() ? Json() : Json(call.parts)},
-                       {"changed", exported.changed},
-                       {"notes", exported.notes}}));
+    print(files::format_json({{"file", call.output},
+                              {"parts", call.parts.empty() ? Json() : Json(call.parts)},
+                              {"changed", exported.changed},
+                              {"notes", exported.notes}}));
     return ExitCode::done;
   }
   const std::string changed =

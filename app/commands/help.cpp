@@ -31,7 +31,7 @@ const CommandHelp& find(const ProgramHelp& help, const std::string& name) {
 }
 
 void write(const std::string& path, const std::string& text) {
-  AtomicFile file(path, OverwritePolicy::replace);
+  files::AtomicFile file(path, files::OverwritePolicy::replace);
   file.write(text);
   file.commit();
 }

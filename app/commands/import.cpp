@@ -20,11 +20,11 @@ namespace {
 
 struct ImportCommandOptions {
   std::string file, output, base;
-  ImportOptions options;
+  foreign::ImportOptions options;
   bool strict = false, json = false, force = false;
 };
 
-Json findings_json(const ImportResult& imported) {
+Json findings_json(const foreign::ImportResult& imported) {
   Json list = Json::array();
   for (const foreign::Finding& one : imported.findings)
     list.push_back({{"level", one.level == foreign::Severity::warning ? "warning" : "note"},
@@ -36,7 +36,7 @@ Json findings_json(const ImportResult& imported) {
   return list;
 }
 
-std::string import_json(const ImportResult& imported, const std::string& output) {
+std::string import_json(const foreign::ImportResult& imported, const std::string& output) {
   Json json{{"format", imported.format},
             {"bodies", imported.bodies},
             {"joints", imported.joints},
@@ -55,11 +55,11 @@ std::string import_json(const ImportResult& imported, const std::string& output)
   json["renamed"] = renamed;
   json["file"] = output.empty() ? Json() : Json(output);
   json["spec"] = imported.spec;
-  return format_json(json);
+  return files::format_json(json);
 }
 
 /// Report for people: all findings, then the outcome.
-std::string report_text(const ImportResult& imported) {
+std::string report_text(const foreign::ImportResult& imported) {
   std::string text;
   for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
   std::string ignored, renamed, assembly;
@@ -90,25 +90,25 @@ void check_call(const ImportCommandOptions& call) {
 }
 
 void check_overwrites_no_robot_file(const ImportCommandOptions& call, const std::string& text) {
-  std::vector<InputFile> inputs;
-  for (std::string& file : list_referenced_robot_files(text, display_name(call.file)))
+  std::vector<files::InputFile> inputs;
+  for (std::string& file : foreign::list_referenced_robot_files(text, specification::display_name(call.file)))
     inputs.push_back({std::move(file), "a file that the mechanism refers to"});
   check_overwrites_no_input(call.output, "the spec", inputs);
 }
 
-void write_spec(const ImportCommandOptions& call, const ImportResult& imported) {
-  AtomicFile file(call.output, call.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+void write_spec(const ImportCommandOptions& call, const foreign::ImportResult& imported) {
+  files::AtomicFile file(call.output, call.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
   file.write(imported.spec);
   file.commit();
 }
 
 ExitCode run(const ImportCommandOptions& call) {
   check_call(call);
-  const std::string text = read_text_file(call.file, "mechanism");
+  const std::string text = specification::read_text_file(call.file, "mechanism");
   check_overwrites_no_robot_file(call, text);
-  const ImportResult imported = import_text(text, display_name(call.file), call.options);
+  const foreign::ImportResult imported = import_text(text, specification::display_name(call.file), call.options);
   const bool has_strict_failure = call.strict && (imported.has_warnings() || !imported.assembly_failure_reason.empty());
-  const bool to_stdout = call.output.empty() || call.output == standard_output_path;
+  const bool to_stdout = call.output.empty() || call.output == files::standard_output_path;
   if (!to_stdout) write_spec(call, imported);
   if (call.json) {
     print(import_json(imported, call.output));

@@ -42,11 +42,11 @@ std::string list_text() {
 std::string list_json() {
   Json list = Json::array();
   for (const Starter& starter : starters()) list.push_back({{"kind", starter.kind}, {"summary", starter.summary()}});
-  return format_json({{"kinds", list}});
+  return files::format_json({{"kinds", list}});
 }
 
 std::string starter_json(const Starter& starter) {
-  return format_json({{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}});
+  return files::format_json({{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}});
 }
 
 ExitCode run(const NewOptions& options) {
@@ -56,11 +56,12 @@ ExitCode run(const NewOptions& options) {
     return ExitCode::done;
   }
   const Starter& starter = find(options.kind);
-  if (!options.output.empty() && options.output != standard_output_path) {
-    AtomicFile file(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  if (!options.output.empty() && options.output != files::standard_output_path) {
+    files::AtomicFile file(options.output,
+                           options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
     file.write(std::string(starter.text));
     file.commit();
-    print_text(options.json ? format_json({{"kind", starter.kind}, {"files", {options.output}}})
+    print_text(options.json ? files::format_json({{"kind", starter.kind}, {"files", {options.output}}})
                             : format_written_message(options.output));
     return ExitCode::done;
   }

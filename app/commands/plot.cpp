@@ -30,6 +30,9 @@
 
 namespace balance::app {
 
+using files::StoredRun;
+using reports::PlotPage;
+
 /// Options of `balance plot`.
 struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
@@ -49,30 +52,30 @@ void take_pose_count(PlotOptions& options);
 
 /// The plot of the runs. @throws UsageError for a quantity or plane that the runs do not have; SpecError, SystemError
 /// if poses are drawn and a run's mechanism cannot be read
-Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
+reports::Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
 
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const PlotOptions& options);
 
 namespace {
 
-std::string description(const Plot& picture, const PlotPage& page, const std::string& file) {
+std::string description(const reports::Plot& picture, const PlotPage& page, const std::string& file) {
   Json panels = Json::array();
-  for (const PlotPanel& panel : picture.panels) {
+  for (const reports::PlotPanel& panel : picture.panels) {
     Json lines = Json::array();
-    for (const PlotLine& line : panel.lines)
+    for (const reports::PlotLine& line : panel.lines)
       lines.push_back({{"label", line.label}, {"colour", line.pen.colour}, {"dashes", line.pen.dashes}});
     panels.push_back({{"quantity", panel.name}, {"axis", panel.y_label}, {"lines", lines}});
   }
-  return format_json({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
+  return files::format_json({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
 }
 
-std::string draw(const Plot& picture, const PlotPage& page) {
+std::string draw(const reports::Plot& picture, const PlotPage& page) {
   try {
     return render_plot(picture, page);
   } catch (const SystemError&) {
     // Ctrl-C in the terminal also interrupts gnuplot.
-    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+    if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
     throw;
   }
 }
@@ -88,7 +91,7 @@ ExitCode run(PlotOptions options) {
         load_or_simulate_run(name, options.script ? "" : options.output, "the picture",
                              options.poses.empty() ? AcceptedRuns::motions : AcceptedRuns::motions_and_states));
   }
-  const Plot picture = choose_picture(options, files);
+  const reports::Plot picture = choose_picture(options, files);
   try {
     page = resolve_page_size(picture, page);
   } catch (const std::invalid_argument& error) {
@@ -100,9 +103,10 @@ ExitCode run(PlotOptions options) {
   }
   const SignalDeferral deferred;
   const std::string bytes = draw(picture, page);
-  AtomicFile file(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  files::AtomicFile file(options.output,
+                         options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
   file.write(bytes);
-  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
   file.commit();
   if (options.json) {
     print(description(picture, page, options.output));
@@ -155,13 +159,13 @@ std::size_t position(const char* option, const std::string& word, const std::vec
   return static_cast<std::size_t>(entry - words.begin());
 }
 
-PlotFileFormat choose_format(const std::string& output) {
-  if (output.empty() || output == standard_output_path) return PlotFileFormat::svg;
+reports::PlotFileFormat choose_format(const std::string& output) {
+  if (output.empty() || output == files::standard_output_path) return reports::PlotFileFormat::svg;
   std::string suffix = std::filesystem::path(output).extension().string();
   if (!suffix.empty()) suffix.erase(0, 1);
   if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
     throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", quote_for_message(output)));
-  return static_cast<PlotFileFormat>(position("--output", suffix, suffixes));
+  return static_cast<reports::PlotFileFormat>(position("--output", suffix, suffixes));
 }
 
 /// Parses a number that spans the whole text and lies within the bounds.
@@ -201,11 +205,11 @@ std::string default_label(const StoredRun& file) {
   return file.group.empty() ? stem : stem + " " + file.group;
 }
 
-std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<StoredRun>& files) {
+std::vector<reports::PlotRun> label_runs(const PlotOptions& options, const std::vector<StoredRun>& files) {
   if (!options.labels.empty() && options.labels.size() != files.size())
     throw UsageError(fmt::format("--label is given {} times for {} results: expected one per result, in order",
                                  options.labels.size(), files.size()));
-  std::vector<PlotRun> runs;
+  std::vector<reports::PlotRun> runs;
   std::set<std::string> used;
   bool has_duplicate = false;
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -221,14 +225,14 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<St
 }
 
 /// Units that all specs have in common; SI if they differ.
-SpecUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
+specification::SpecUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
   if (!has_spec_units(options.units)) return {};
-  const auto is_same = [](const SpecUnits& a, const SpecUnits& b) {
+  const auto is_same = [](const specification::SpecUnits& a, const specification::SpecUnits& b) {
     return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle && a.force == b.force;
   };
-  SpecUnits common;
+  specification::SpecUnits common;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const SpecUnits units = read_display_units(files[i].spec_text);
+    const specification::SpecUnits units = specification::read_display_units(files[i].spec_text);
     if (i == 0) common = units;
     if (!is_same(common, units)) return {};
   }
@@ -240,7 +244,7 @@ std::vector<std::string> default_quantities(const std::vector<StoredRun>& files)
   std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
   std::erase_if(names, [&](const std::string& name) {
     return !std::all_of(files.begin(), files.end(), [&](const StoredRun& file) {
-      const auto quantity = find_plot_quantity(file.result, name, VectorView::magnitude);
+      const auto quantity = find_plot_quantity(file.result, name, reports::VectorView::magnitude);
       return quantity && quantity->unit != "mixed";
     });
   });
@@ -249,9 +253,9 @@ std::vector<std::string> default_quantities(const std::vector<StoredRun>& files)
 
 void check_names(const std::vector<std::string>& names, const std::vector<StoredRun>& files) {
   for (const StoredRun& file : files) {
-    const std::vector<std::string> known = list_plot_names(file.result);
+    const std::vector<std::string> known = reports::list_plot_names(file.result);
     for (const std::string& name : names)
-      if (std::find(known.begin(), known.end(), resolve_quantity_name(name, known)) == known.end())
+      if (std::find(known.begin(), known.end(), results::resolve_quantity_name(name, known)) == known.end())
         throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", quote_for_message(name), file.path,
                                      append_nearest_name(name, known)));
   }
@@ -267,9 +271,9 @@ bool is_numeric(const std::string& text) {
 int count_poses(const std::string& text) {
   double count = 0;
   if (text.empty()) return 0;
-  if (!parse(text, 1, max_poses, count) || count != std::floor(count))
+  if (!parse(text, 1, reports::max_poses, count) || count != std::floor(count))
     throw UsageError(
-        fmt::format("--poses {}: expected a whole number from 1 to {}", quote_for_message(text), max_poses));
+        fmt::format("--poses {}: expected a whole number from 1 to {}", quote_for_message(text), reports::max_poses));
   return static_cast<int>(count);
 }
 
@@ -318,7 +322,8 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
       ->excludes(path)
       ->excludes(phase);
   choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
-  choice("--plane", o.plane, "view of paths: plane xy, xz or yz, or isometric", list_projections())->needs(path);
+  choice("--plane", o.plane, "view of paths: plane xy, xz or yz, or isometric", reports::list_projections())
+      ->needs(path);
   parser
       .add_flag(fmt::format("--poses{{{}}}", default_pose_count), o.poses,
                 "draw the mechanism along the path, --poses N at N times (start, middle and end by default)")
@@ -346,20 +351,20 @@ PlotPage choose_page(const PlotOptions& options) {
   return page;
 }
 
-Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
-  std::vector<PlotRun> runs = label_runs(options, files);
-  const auto view = static_cast<VectorView>(position("--vectors", options.vectors, views));
-  const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
-  position("--plane", options.plane, list_projections());
+reports::Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
+  std::vector<reports::PlotRun> runs = label_runs(options, files);
+  const auto view = static_cast<reports::VectorView>(position("--vectors", options.vectors, views));
+  const auto axis = static_cast<reports::TimeAxis>(position("--x", options.x, abscissas));
+  position("--plane", options.plane, reports::list_projections());
   check_names(options.quantities, files);
-  const SpecUnits units = choose_units(options, files);
-  const PathView paths{options.plane, count_poses(options.poses), options.side_by_side};
+  const specification::SpecUnits units = choose_units(options, files);
+  const reports::PathView paths{options.plane, count_poses(options.poses), options.side_by_side};
   std::vector<Mechanism> mechanisms;
   if (paths.poses > 0)
     for (const StoredRun& file : files) mechanisms.push_back(read_run_mechanism(file));
   for (std::size_t i = 0; i < mechanisms.size(); ++i) runs[i].mechanism = &mechanisms[i];
   try {
-    Plot picture =
+    reports::Plot picture =
         options.phase ? plot_phase_plane(runs)
         : options.path
             ? plot_paths(runs, paths, units)
@@ -375,7 +380,7 @@ Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& fi
 void check_outputs(const PlotOptions& options) {
   if (options.script) return;
   if (options.output.empty()) throw UsageError("--output is needed: the name of a .svg, .pdf or .png file");
-  std::vector<InputFile> inputs;
+  std::vector<files::InputFile> inputs;
   for (const std::string& result : options.results) inputs.push_back({result, "its input"});
   check_output(options.output, "the picture", inputs, options.force);
 }

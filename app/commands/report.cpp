@@ -40,6 +40,8 @@
 
 namespace balance::app {
 
+using reports::HtmlReport;
+
 /// Options of `balance report`.
 struct ReportOptions {
   SpecOptions spec;
@@ -71,7 +73,7 @@ namespace {
 
 /// Runs the trajectory of this name. If it cannot be run, the outcome of the result says why, and the page shows it.
 RunResult run_named(const Study& study, const std::string& name, const ReportOptions& options) {
-  const Trajectory* found = find_by_name(study.trajectories, name);
+  const Trajectory* found = study::find_by_name(study.trajectories, name);
   RunResult result;
   if (found == nullptr) {
     result.outcome = {MotionStatus::mismatch, 0, "the designed spec has no such trajectory", {}};
@@ -91,10 +93,10 @@ RunResult run_named(const Study& study, const std::string& name, const ReportOpt
 
 bool is_done(const std::optional<RunResult>& result) { return result && result->outcome.status == MotionStatus::done; }
 
-ReportedTrajectory describe(const Study& study, const std::string& name) {
-  ReportedTrajectory reported;
+reports::ReportedTrajectory describe(const Study& study, const std::string& name) {
+  reports::ReportedTrajectory reported;
   reported.name = name;
-  if (const Trajectory* trajectory = find_by_name(study.trajectories, name)) {
+  if (const Trajectory* trajectory = study::find_by_name(study.trajectories, name)) {
     reported.law = law_name(*trajectory);
     reported.drive = name_of(trajectory->drive);
   }
@@ -120,11 +122,11 @@ std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult&
     if (trajectory.name != name || is_mechanism_dependent(trajectory)) continue;
     trajectory.samples = run.time.size();
     try {
-      ToleranceReport tolerance = analyse_tolerance(space, evaluate_tolerances(space), trajectory,
-                                                    {"torque", "shaking_force", "shaking_moment"});
+      tolerance::ToleranceReport tolerance = tolerance::analyse_tolerance(
+          space, tolerance::evaluate_tolerances(space), trajectory, {"torque", "shaking_force", "shaking_moment"});
       if (tolerance.outcome.status != MotionStatus::done) continue;
       if (is_same_run(tolerance.run, run)) {
-        for (const IncompatibleParameter& one : tolerance.incompatible_parameters)
+        for (const tolerance::IncompatibleParameter& one : tolerance.incompatible_parameters)
           page.notes.push_back(name + ": " + format_incompatibility_note(one));
         return std::move(tolerance.deviation);
       }
@@ -141,7 +143,7 @@ std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult&
 void run_trajectories(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after,
                       HtmlReport& page) {
   for (const std::string& name : choose_trajectories(options, before.start)) {
-    ReportedTrajectory reported = describe(before.start, name);
+    reports::ReportedTrajectory reported = describe(before.start, name);
     reported.before = run_named(before.start, name, options);
     reported.deviation_before = deviation_of(before, *reported.before, name, page);
     if (after != nullptr) {
@@ -149,9 +151,9 @@ void run_trajectories(const ReportOptions& options, const DesignSpace& before, c
       reported.deviation_after = deviation_of(*after, *reported.after, name, page);
     }
     page.trajectories.push_back(std::move(reported));
-    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+    if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
   }
-  const auto works = [](const ReportedTrajectory& t) { return is_done(t.before) || is_done(t.after); };
+  const auto works = [](const reports::ReportedTrajectory& t) { return is_done(t.before) || is_done(t.after); };
   if (!page.trajectories.empty() && std::none_of(page.trajectories.begin(), page.trajectories.end(), works))
     throw MotionFailure(page.trajectories.front().before->outcome);
 }
@@ -163,11 +165,11 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.spec_file = std::filesystem::path(study.spec_file).filename().string();
   page.spec_text = study.spec_text;
   page.before = study.mechanism;
-  page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
+  page.check = reports::check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
-  if (has_spec_units(options.spec.units)) page.units = read_display_units(study.spec_text);
-  page.number_units = list_number_units(study);
-  for (const LoadParameter& load : study.design.cases.numbers)
+  if (has_spec_units(options.spec.units)) page.units = specification::read_display_units(study.spec_text);
+  page.number_units = specification::list_number_units(study);
+  for (const study::LoadParameter& load : study.design.cases.numbers)
     if (page.number_units.contains(load.path)) page.number_units[load.name] = page.number_units[load.path];
   page.controller = options.controller;
   if (!options.controller.empty())
@@ -176,14 +178,14 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
 }
 
 /// The page of a run stored in a result file, together with its spec.
-HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
+HtmlReport file_page(const ReportOptions& options, const files::StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
   check_run_matches_mechanism(run, study.mechanism);
   HtmlReport page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
-  ReportedTrajectory reported{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  reports::ReportedTrajectory reported{run.trajectory, run.law, run.drive, run.result, std::nullopt};
   reported.deviation_before = deviation_of(space, run.result, run.trajectory, page);
   page.trajectories.push_back(std::move(reported));
   return page;
@@ -200,31 +202,31 @@ DesignStudyOptions design_options(const ReportOptions& options, const Study& stu
 }
 
 /// The design of the page is the compromise point of the front.
-DesignReportData make_middle_design_data(const DesignStudyOptions& study_options, const DesignSpace& space,
-                                         HtmlReport& page) {
-  ParetoFront front = find_front_or_throw(space, study_options);
+reports::DesignReportData make_middle_design_data(const DesignStudyOptions& study_options, const DesignSpace& space,
+                                                  HtmlReport& page) {
+  design::ParetoFront front = find_front_or_throw(space, study_options);
   if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
-  const ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
+  const design::ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
   DesignReport report = make_pareto_design(space, point, false);
-  page.front = front_json(make_front_report_data(study_options, space, std::move(front)), {});
+  page.front = reports::front_json(reports::make_front_report_data(study_options, space, std::move(front)), {});
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_design_data(study_options, point.space, balanced, std::move(report));
+  return reports::make_design_data(study_options, point.space, balanced, std::move(report));
 }
 
-DesignReportData only_design(const DesignStudyOptions& study_options, const DesignSpace& space) {
+reports::DesignReportData only_design(const DesignStudyOptions& study_options, const DesignSpace& space) {
   DesignReport report = design_or_throw(space, study_options);
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_design_data(study_options, space, balanced, std::move(report));
+  return reports::make_design_data(study_options, space, balanced, std::move(report));
 }
 
 void add_design(const ReportOptions& options, const DesignSpace& space, HtmlReport& page) {
   const DesignStudyOptions study_options = design_options(options, space.start);
-  DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
-                                                   : only_design(study_options, space);
+  reports::DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
+                                                            : only_design(study_options, space);
   view.conditions = convert_coefficients(std::move(view.conditions), page.units);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
-  page.design = design_json(view, {});
+  page.design = reports::design_json(view, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;
@@ -245,14 +247,14 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
   }
   if (has_goal)
     page.conditions =
-        conditions_json(convert_coefficients(derive_conditions_or_throw(options.goal, space), page.units), {});
+        reports::conditions_json(convert_coefficients(derive_conditions_or_throw(options.goal, space), page.units), {});
   run_trajectories(options, space, nullptr, page);
   return page;
 }
 
 std::string summary_json(const HtmlReport& page, const std::string& file, std::size_t bytes) {
   Json json = {{"mechanism", page.before.name}, {"trajectories", Json::array()}};
-  for (const ReportedTrajectory& t : page.trajectories) {
+  for (const reports::ReportedTrajectory& t : page.trajectories) {
     Json entry = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
     if (t.after) entry["after"] = name_of(t.after->outcome.status);
     json["trajectories"].push_back(std::move(entry));
@@ -261,14 +263,14 @@ std::string summary_json(const HtmlReport& page, const std::string& file, std::s
   json["design"] = !page.design.empty();
   json["bytes"] = bytes;
   json["files"] = {file};
-  return format_json(json);
+  return files::format_json(json);
 }
 
 void write_page(const ReportOptions& options, const std::string& file, const std::string& html) {
   const SignalDeferral deferred;
-  AtomicFile pending(file, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  files::AtomicFile pending(file, options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
   pending.write(html);
-  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
   pending.commit();
 }
 
@@ -281,10 +283,10 @@ void check_file_options(const ReportOptions& o) {
 }
 
 ExitCode run(const ReportOptions& options) {
-  std::optional<StoredRun> stored_run;
-  if (names_result_file(options.spec.spec)) {
+  std::optional<files::StoredRun> stored_run;
+  if (files::names_result_file(options.spec.spec)) {
     check_file_options(options);
-    stored_run = read_motion_file(options.spec.spec);
+    stored_run = files::read_motion_file(options.spec.spec);
   }
   const DesignSpace space =
       stored_run ? read_design_space(stored_run->spec_text, options.spec.spec, {.set = stored_run->overrides})
@@ -292,10 +294,10 @@ ExitCode run(const ReportOptions& options) {
   choose_trajectories(options, space.start);  // report misspelt names before the computation
   if (!options.controller.empty()) choose_controller(space.start, options.controller);
   const std::string file = choose_output(options);
-  std::vector<InputFile> inputs = list_input_files(space.start);
+  std::vector<files::InputFile> inputs = list_input_files(space.start);
   if (stored_run) inputs.insert(inputs.begin(), {stored_run->path, "the result"});
   check_output(file, "the page", inputs, options.force);
-  if (!has_report_scripts()) format_html_report({});  // throws an error that says what is missing
+  if (!reports::has_report_scripts()) reports::format_html_report({});  // throws an error that says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   const HtmlReport page = stored_run ? file_page(options, *stored_run, space) : make_page(options, space);
@@ -303,7 +305,7 @@ ExitCode run(const ReportOptions& options) {
   write_page(options, file, html);
   if (options.spec.json)
     print(summary_json(page, file, html.size()));
-  else if (!options.quiet && file != standard_output_path)
+  else if (!options.quiet && file != files::standard_output_path)
     print_text(fmt::format("written: {} ({:.0f} kB)\n", escape_for_terminal(file),
                            std::max(1.0, static_cast<double>(html.size()) / 1000)));
   return ExitCode::done;
@@ -389,7 +391,7 @@ std::string command_line(const ReportOptions& o) {
   if (o.seconds > 0) words.insert(words.end(), {"--seconds", fmt::format("{}", o.seconds)});
   if (!has_spec_units(o.spec.units)) words.insert(words.end(), {"--units", o.spec.units});
   for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
-  return join_command(std::move(words));
+  return files::join_command(std::move(words));
 }
 
 }  // namespace balance::app

@@ -19,10 +19,11 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
   ProgressLine line(options.quiet);
   const auto progress = [&](double fraction) { line.draw_fraction(trajectory.name, fraction); };
   try {
-    RunResult result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
-                                                        : simulate(study.mechanism, trajectory, progress);
+    RunResult result = options.formulation == "natural"
+                           ? verification::simulate_natural(study.mechanism, trajectory, progress)
+                           : simulate(study.mechanism, trajectory, progress);
     if (result.outcome.status == MotionStatus::done) return result;
-    result.outcome.reason += describe_feasible_modes(study.mechanism, trajectory, result.outcome);
+    result.outcome.reason += simulation::describe_feasible_modes(study.mechanism, trajectory, result.outcome);
     throw MotionFailure(result.outcome);
   } catch (const std::invalid_argument& error) {
     // The options are valid, so the error is in the spec.
@@ -33,7 +34,7 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
 
 void add_parts(const Study& study, const Trajectory& trajectory, RunResult& result) {
   try {
-    const MotionOutcome outcome = add_effort_breakdown(study.mechanism, result);
+    const MotionOutcome outcome = dynamics::add_effort_breakdown(study.mechanism, result);
     if (outcome.status != MotionStatus::done) throw MotionFailure(outcome);
   } catch (const std::invalid_argument& error) {
     throw SpecError(
@@ -59,7 +60,7 @@ ExitCode run_single_state(const SimulateOptions& options, const Study& study) {
   RunResult result = evaluate_state_or_throw(options, study);
   if (options.poses) add_body_poses(study.mechanism, result);
   print_notes(options, result);
-  const Provenance description = describe_state(options, study);
+  const files::Provenance description = describe_state(options, study);
   print_result(options, study, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
@@ -75,7 +76,7 @@ ExitCode run(const SimulateOptions& options) {
   if (options.poses) add_body_poses(study.mechanism, result);
   if (options.split) add_parts(study, trajectory, result);
   print_notes(options, result);
-  const Provenance description = describe(options, study, trajectory);
+  const files::Provenance description = describe(options, study, trajectory);
   print_result(options, study, result, description, write_files(options, result, description));
   return ExitCode::done;
 }

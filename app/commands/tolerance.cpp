@@ -37,50 +37,51 @@ struct ToleranceOptions {
 Trajectory choose_trajectory(const ToleranceOptions& options, const Study& study) {
   if (study.trajectories.empty())
     throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion; only --at-rest needs none"});
-  Trajectory trajectory = balance::choose_trajectory(study, options.trajectory);
+  Trajectory trajectory = study::choose_trajectory(study, options.trajectory);
   if (options.samples) trajectory.samples = *options.samples;
   return trajectory;
 }
 
 void check_quantities(const ToleranceOptions& options, const Mechanism& mechanism) {
-  const std::vector<std::string> names = list_metric_names(mechanism);
+  const std::vector<std::string> names = results::list_metric_names(mechanism);
   for (const std::string& name : options.of)
-    if (std::find(names.begin(), names.end(), resolve_quantity_name(name, names)) == names.end())
+    if (std::find(names.begin(), names.end(), results::resolve_quantity_name(name, names)) == names.end())
       throw UsageError(fmt::format("--of {}: expected {}{}", quote_for_message(name), join_alternatives(names),
                                    append_nearest_name(name, names)));
 }
 
 /// Checks before the computation that the output can be written.
 void check_deviations_output(const ToleranceOptions& options, const Study& study) {
-  check_standard_output({options.output}, options.spec.json, options.output == standard_output_path);
+  check_standard_output({options.output}, options.spec.json, options.output == files::standard_output_path);
   check_output(options.output, "the result", list_input_files(study), options.force);
 }
 
 std::vector<std::string> write_deviations(const ToleranceOptions& options, const Study& study,
-                                          const ToleranceReportData& view) {
+                                          const reports::ToleranceReportData& view) {
   if (options.output.empty()) return {};
-  WriteOptions write;
-  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  files::WriteOptions write;
+  write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
-  const ToleranceCommand call{.of = options.of, .samples = options.samples};
+  const reports::ToleranceCommand call{.of = options.of, .samples = options.samples};
   write_tolerance(options.output, view, make_tolerance_provenance(study, choose_trajectory(options, study), call),
                   write);
   return {options.output};
 }
 
-ToleranceReportData compute_tolerance_data(const ToleranceOptions& options, const TolerancedDesignSpace& spec) {
+reports::ToleranceReportData compute_tolerance_data(const ToleranceOptions& options,
+                                                    const specification::TolerancedDesignSpace& spec) {
   const Study& study = spec.space.start;
-  ToleranceReportData view{.mechanism = study.mechanism.name, .trajectory = {}, .numbers = spec.tolerances};
+  reports::ToleranceReportData view{.mechanism = study.mechanism.name, .trajectory = {}, .numbers = spec.tolerances};
   view.draws = {options.draws, options.seed};
   if (options.at_rest) {
-    view.at_rest = analyse_static_tolerance(spec.space, spec.tolerances);
+    view.at_rest = tolerance::analyse_static_tolerance(spec.space, spec.tolerances);
     if (view.at_rest->outcome.status != MotionStatus::done) throw MotionFailure(view.at_rest->outcome);
     return view;
   }
   const Trajectory trajectory = choose_trajectory(options, study);
   view.trajectory = trajectory.name;
-  view.report = analyse_tolerance(spec.space, spec.tolerances, trajectory, options.of);
+  view.report = tolerance::analyse_tolerance(spec.space, spec.tolerances, trajectory, options.of);
   if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
   if (options.draws == 0) return view;
   const Tolerances drawn_tolerances =
@@ -92,7 +93,8 @@ ToleranceReportData compute_tolerance_data(const ToleranceOptions& options, cons
 }
 
 ExitCode run(const ToleranceOptions& options) {
-  const TolerancedDesignSpace spec = read_toleranced_space_file(options.spec.spec, read_options(options.spec));
+  const specification::TolerancedDesignSpace spec =
+      read_toleranced_space_file(options.spec.spec, read_options(options.spec));
   const Study& study = spec.space.start;
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (spec.tolerances.empty())
@@ -102,7 +104,7 @@ ExitCode run(const ToleranceOptions& options) {
   check_deviations_output(options, study);
   if (!options.at_rest) choose_trajectory(options, study);
   try {
-    const ToleranceReportData view = compute_tolerance_data(options, spec);
+    const reports::ToleranceReportData view = compute_tolerance_data(options, spec);
     const std::vector<std::string> files = write_deviations(options, study, view);
     if (options.spec.json) {
       print(tolerance_json(view));
@@ -126,13 +128,13 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
   parser.add_option("--of", o.of, "quantity, such as torque[A1] or shaking_force (default: all)")->type_name("NAME");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(integer_range_validator(min_samples, max_samples));
+      ->check(integer_range_validator(trajectory::min_samples, trajectory::max_samples));
   CLI::Option* draws = parser.add_option("--monte-carlo", o.draws, "also run N mechanisms with randomly drawn numbers")
                            ->type_name("N")
-                           ->check(integer_range_validator(2, max_tolerance_draws));
+                           ->check(integer_range_validator(2, tolerance::max_tolerance_draws));
   parser.add_option("--seed", o.seed, "seed of the draws")
       ->type_name("S")
-      ->check(integer_range_validator(0, max_seed))
+      ->check(integer_range_validator(0, study::max_seed))
       ->needs(draws)
       ->capture_default_str();
   CLI::Option* output =

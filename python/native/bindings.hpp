@@ -36,16 +36,16 @@ struct Spec {
 /// A run; immutable. Arrays seen from Python share its memory.
 struct Run {
   RunResult result;
-  Provenance description;
+  files::Provenance description;
   std::string source = {};  ///< the file it was created from, a spec or a result; empty: none
 };
 
 /// A design with all report data; immutable.
 struct Design {
-  DesignReportData view;
-  TextOptions text_options;
+  reports::DesignReportData view;
+  files::TextOptions text_options;
   std::string spec_text;  ///< of the design
-  Provenance description;
+  files::Provenance description;
   std::string source = {};  ///< the spec's file; empty: none
 };
 
@@ -60,7 +60,7 @@ struct GoalArguments {
 };
 
 /// @throws std::invalid_argument for unknown names
-BalanceRequest question_of(const GoalArguments& arguments, const Study& study);
+reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study);
 
 /// Calls `change`. @throws std::invalid_argument with the message of `change`, prefixed by the name of the argument
 template <class Change>

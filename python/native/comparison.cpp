@@ -20,7 +20,8 @@ namespace {
 
 using NamedPythonRun = std::pair<std::string, std::shared_ptr<Run>>;
 
-std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+std::vector<comparison::RequirementVerdict> judge(const std::vector<std::string>& texts,
+                                                  const std::vector<comparison::NamedRun>& runs) {
   try {
     return judge_requirements(texts, runs);
   } catch (const std::invalid_argument& error) {
@@ -29,8 +30,8 @@ std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, con
 }
 
 struct Compared {
-  ComparedRuns runs;
-  std::vector<RequirementVerdict> verdicts;
+  comparison::ComparedRuns runs;
+  std::vector<comparison::RequirementVerdict> verdicts;
 };
 
 py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
@@ -40,25 +41,26 @@ py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std
       throw std::invalid_argument(quote_for_message(name) +
                                   " is a single state, not a run: it has no figures to compare");
   const Compared compared = compute_in_background([given, require](BackgroundTask&) {
-    std::vector<NamedRun> runs;
+    std::vector<comparison::NamedRun> runs;
     for (const auto& [name, run] : given) {
-      const Provenance& d = run->description;
-      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result,
-                      require.empty() ? nullptr : read_mechanism_of(run->result, d.spec_text, name, d.overrides)});
+      const files::Provenance& d = run->description;
+      runs.push_back(
+          {escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result,
+           require.empty() ? nullptr : comparison::read_mechanism_of(run->result, d.spec_text, name, d.overrides)});
     }
     return Compared{compare_runs(runs), judge(require, runs)};
   });
   py::dict all;
-  all["json"] = comparison_json(compared.runs, compared.verdicts);
-  all["text"] = comparison_text(compared.runs, compared.verdicts, QuantitySelection::main);
-  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, QuantitySelection::main);
-  all["csv"] = comparison_csv(compared.runs);
+  all["json"] = reports::comparison_json(compared.runs, compared.verdicts);
+  all["text"] = comparison_text(compared.runs, compared.verdicts, reports::QuantitySelection::main);
+  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, reports::QuantitySelection::main);
+  all["csv"] = reports::comparison_csv(compared.runs);
   all["holds"] = do_all_hold(compared.verdicts);
   return all;
 }
 
 std::shared_ptr<Run> read_result(const std::string& name) {
-  StoredRun file = compute_in_background([name](BackgroundTask&) { return read_result_file(name); });
+  files::StoredRun file = compute_in_background([name](BackgroundTask&) { return read_result_file(name); });
   auto run = std::make_shared<Run>();
   run->source = file.path;
   run->result = std::move(file.result);
@@ -78,46 +80,47 @@ std::shared_ptr<Run> read_result(const std::string& name) {
   return run;
 }
 
-std::optional<Shard> shard_of(const std::optional<std::pair<int, int>>& given) {
+std::optional<batch::Shard> shard_of(const std::optional<std::pair<int, int>>& given) {
   if (!given) return std::nullopt;
   if (given->first < 1 || given->second < given->first)
     throw std::invalid_argument("shard: must be (index, count) with 1 <= index <= count");
-  return Shard{given->first, given->second};
+  return batch::Shard{given->first, given->second};
 }
 
 struct BatchArguments {
   std::string suite, folder;
   unsigned jobs = 1;
-  std::optional<Shard> shard;
+  std::optional<batch::Shard> shard;
   bool force = false, metrics_only = false, retry_failed = false;
   double case_seconds = 0;
 };
 
 py::dict batch(const BatchArguments& arguments, const py::object& progress) {
-  const BatchSummary summary = compute_in_background(
+  const batch::BatchSummary summary = compute_in_background(
       [arguments](BackgroundTask& task) {
-        const BatchPlan plan = make_batch_plan(read_suite_file(arguments.suite));
-        BatchOptions options;
+        const batch::BatchPlan plan = make_batch_plan(batch::read_suite_file(arguments.suite));
+        batch::BatchOptions options;
         options.folder = arguments.folder;
         options.jobs = arguments.jobs;
         options.shard = arguments.shard;
         options.force = arguments.force;
-        options.stored_output = arguments.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
+        options.stored_output =
+            arguments.metrics_only ? batch::StoredOutput::metrics_only : batch::StoredOutput::series;
         options.retry_failed = arguments.retry_failed;
         options.limits.wall_seconds = arguments.case_seconds;
         options.cancelled = [&] { return task.is_cancelled(); };
-        options.progress = [&](const BatchProgress& now) {
+        options.progress = [&](const batch::BatchProgress& now) {
           task.set_progress(static_cast<double>(now.finished) /
                             static_cast<double>(std::max<std::size_t>(now.total, 1)));
         };
-        BatchOutcome outcome = run_batch(plan, options);
+        batch::BatchOutcome outcome = run_batch(plan, options);
         if (arguments.shard) {
-          BatchSummary shard_summary;
+          batch::BatchSummary shard_summary;
           shard_summary.name = plan.suite.name;
           shard_summary.cases = std::move(outcome.records);
           return shard_summary;
         }
-        BatchSummary all = summarise_batch(plan.suite, std::move(outcome.records));
+        batch::BatchSummary all = summarise_batch(plan.suite, std::move(outcome.records));
         write_summary(arguments.folder, all);
         return all;
       },
@@ -127,7 +130,7 @@ py::dict batch(const BatchArguments& arguments, const py::object& progress) {
   all["text"] = arguments.shard ? std::string() : format_batch_text(summary);
   all["exit_code"] = summary.exit_code();
   py::list cases;
-  for (const CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));
+  for (const batch::CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));
   all["cases"] = cases;
   return all;
 }

@@ -25,12 +25,12 @@ namespace {
 
 /// Conditions in all requested output formats, computed once.
 struct DerivedConditions {
-  RequestFailure refusal;
+  reports::RequestFailure refusal;
   std::string json, text, latex, impossible;
   Samples matrix;
 };
 
-[[noreturn]] void refuse(const RequestFailure& refusal) {
+[[noreturn]] void refuse(const reports::RequestFailure& refusal) {
   const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
   PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
   throw py::error_already_set();
@@ -40,21 +40,22 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
                     const std::vector<std::string>& without, const std::string& strategy,
                     std::optional<std::uint64_t> seed, bool named) {
   const Study& study = spec->study();
-  BalanceRequest request = question_of({goals, without, strategy, seed}, study);
+  reports::BalanceRequest request = question_of({goals, without, strategy, seed}, study);
   if (request.goals.empty()) request.goals = study.design.goals;
   if (request.goals.empty())
     throw std::invalid_argument(spec->file +
-                                " has no design: goal, so a goal is needed: " + join_alternatives(goal_names()));
+                                " has no design: goal, so a goal is needed: " + join_alternatives(study::goal_names()));
   DerivedConditions derived = compute_in_background([spec, request, named](BackgroundTask&) {
-    const ConditionsOutcome outcome = derive_conditions_data(request, *spec->space, named);
+    const reports::ConditionsOutcome outcome = derive_conditions_data(request, *spec->space, named);
     DerivedConditions all;
     all.refusal = outcome.refusal;
     if (outcome.refusal) return all;
     all.json = conditions_json(outcome.view, spec->study().warnings);
-    all.text = conditions_text(outcome.view, make_text_options(spec->study().spec_text));
+    all.text = conditions_text(outcome.view, files::make_text_options(spec->study().spec_text));
     all.latex = conditions_latex(outcome.view.conditions, outcome.view.names);
     all.matrix = outcome.view.conditions.matrix;
-    const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
+    const Mechanism start =
+        simulation::assembled_at(spec->study().mechanism, simulation::start_coordinates(spec->study()));
     if (const auto proof = certify_infeasible(outcome.view.conditions, start)) all.impossible = proof->statement;
     return all;
   });
@@ -84,25 +85,25 @@ void require_one_of(const std::vector<std::string>& names, const std::string& na
 DesignStudyOptions design_options(const Spec& spec, const GoalArguments& arguments, const std::string& minimize,
                                   const std::string& algorithm, bool trajectories) {
   const Study& study = spec.study();
-  const BalanceRequest request = question_of(arguments, study);
+  const reports::BalanceRequest request = question_of(arguments, study);
   DesignStudyOptions options;
   options.is_modular = request.is_modular;
   options.excluded = request.excluded;
   options.goals = request.goals.empty() ? study.design.goals : request.goals;
-  if (!minimize.empty()) options.minimize = read_objective(minimize, study);
+  if (!minimize.empty()) options.minimize = specification::read_objective(minimize, study);
   options.search = study.design.search;
   if (arguments.seed) options.search.seed = *arguments.seed;
   options.compare_trajectories = trajectories;
-  if (contains(global_methods(), algorithm)) {
+  if (contains(study::global_methods(), algorithm)) {
     options.search.global = algorithm;
   } else if (!algorithm.empty()) {
-    require_one_of(local_methods(), algorithm, "algorithm");
+    require_one_of(study::local_methods(), algorithm, "algorithm");
     options.search.local = algorithm;
   }
   if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty() &&
       study.design.subject_to.empty() && !study.design.front)
     throw std::invalid_argument(spec.file + " has neither design: goal nor design: minimize, so a goal (" +
-                                join_alternatives(goal_names()) + ") or something to minimize is needed");
+                                join_alternatives(study::goal_names()) + ") or something to minimize is needed");
   if (study.free_numbers.empty())
     throw SpecError({.place = {.file = spec.file},
                      .message =
@@ -112,7 +113,7 @@ DesignStudyOptions design_options(const Spec& spec, const GoalArguments& argumen
 }
 
 struct MadeDesign {
-  RequestFailure refusal;
+  reports::RequestFailure refusal;
   std::shared_ptr<Design> design;
 };
 
@@ -124,25 +125,25 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
       design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
   MadeDesign result = compute_in_background([spec, options](BackgroundTask& task) {
     DesignStudyOptions watched = options;
-    watched.on_progress = [&task](const SearchProgress& progress) {
+    watched.on_progress = [&task](const design::SearchProgress& progress) {
       task.set_progress(progress.seconds / progress.max_time);
       return !task.is_cancelled();
     };
     MadeDesign all;
     DesignReport report = run_design_study(*spec->space, watched);
-    all.refusal = find_failure(report);
+    all.refusal = reports::find_failure(report);
     if (all.refusal) return all;
-    DesignedSpec spec_of_design = format_designed_spec(*spec->space, report);
+    reports::DesignedSpec spec_of_design = reports::format_designed_spec(*spec->space, report);
     all.refusal = spec_of_design.refusal;
     if (all.refusal) return all;
     all.design = std::make_shared<Design>();
     all.design->spec_text = std::move(spec_of_design.text);
-    all.design->view = make_design_data(options, *spec->space, all.design->spec_text, std::move(report));
+    all.design->view = reports::make_design_data(options, *spec->space, all.design->spec_text, std::move(report));
     return all;
   });
   if (result.refusal) refuse(result.refusal);
-  result.design->description = make_provenance(spec->study(), command);
-  result.design->text_options = make_design_text_options(spec->study());
+  result.design->description = files::make_provenance(spec->study(), command);
+  result.design->text_options = files::make_design_text_options(spec->study());
   result.design->source = spec->file;
   return result.design;
 }
@@ -151,7 +152,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
 struct FoundFront {
   std::shared_ptr<const Spec> spec;
   DesignStudyOptions options;
-  FrontReportData view;
+  reports::FrontReportData view;
   std::string command;
 };
 
@@ -163,15 +164,16 @@ std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::
   result->spec = spec;
   result->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
   result->command = command;
-  const RequestFailure refusal = compute_in_background([result](BackgroundTask& task) {
+  const reports::RequestFailure refusal = compute_in_background([result](BackgroundTask& task) {
     DesignStudyOptions watched = result->options;
-    watched.on_progress = [&task](const SearchProgress& progress) {
+    watched.on_progress = [&task](const design::SearchProgress& progress) {
       task.set_progress(progress.seconds / progress.max_time);
       return !task.is_cancelled();
     };
-    ParetoFront front = compute_pareto_front(*result->spec->space, watched);
-    const RequestFailure none = front.points.empty() ? find_failure(front.failure) : RequestFailure{};
-    result->view = make_front_report_data(result->options, *result->spec->space, std::move(front));
+    design::ParetoFront front = compute_pareto_front(*result->spec->space, watched);
+    const reports::RequestFailure none =
+        front.points.empty() ? reports::find_failure(front.failure) : reports::RequestFailure{};
+    result->view = reports::make_front_report_data(result->options, *result->spec->space, std::move(front));
     return none;
   });
   if (refusal) refuse(refusal);
@@ -182,15 +184,15 @@ std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::
 std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   const auto& points = front.view.front.points;
   if (k >= points.size()) throw std::invalid_argument(fmt::format("the front has {} points", points.size()));
-  const ParetoPoint& point = points[k];
+  const design::ParetoPoint& point = points[k];
   auto result = std::make_shared<Design>();
   DesignReport report = make_pareto_design(*front.spec->space, point, true);
-  DesignedSpec spec_of_design = format_designed_spec(*front.spec->space, report);
+  reports::DesignedSpec spec_of_design = reports::format_designed_spec(*front.spec->space, report);
   if (spec_of_design.refusal) refuse(spec_of_design.refusal);
   result->spec_text = std::move(spec_of_design.text);
-  result->view = make_design_data(front.options, point.space, result->spec_text, std::move(report));
-  result->description = make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
-  result->text_options = make_design_text_options(front.spec->study());
+  result->view = reports::make_design_data(front.options, point.space, result->spec_text, std::move(report));
+  result->description = files::make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
+  result->text_options = files::make_design_text_options(front.spec->study());
   result->source = front.spec->file;
   return result;
 }
@@ -209,13 +211,13 @@ py::dict runs_of(const Design& design, bool after) {
   Study study = after ? report.study_after : report.study_before;
   if (after) study.spec_text = design.spec_text, study.overrides.clear();  // the designed spec already contains them
   py::dict all;
-  for (const TrajectoryComparison& one : report.comparisons) {
+  for (const design::TrajectoryComparison& one : report.comparisons) {
     auto run = std::make_shared<Run>();
     run->result = after ? one.after : one.before;
     for (const Trajectory& trajectory : study.trajectories)
       if (trajectory.name == one.trajectory)
-        run->description =
-            make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
+        run->description = files::make_simulation_provenance(
+            study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
     run->source = design.source;
     all[py::str(one.trajectory)] = run;
   }
@@ -224,17 +226,17 @@ py::dict runs_of(const Design& design, bool after) {
 
 }  // namespace
 
-BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
-  BalanceRequest request;
+reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
+  reports::BalanceRequest request;
   for (const std::string& name : arguments.goals) {
-    require_one_of(goal_names(), name, "goal");
-    const Goal goal = *find_goal(name);
+    require_one_of(study::goal_names(), name, "goal");
+    const Goal goal = *study::find_goal(name);
     if (std::find(request.goals.begin(), request.goals.end(), goal) == request.goals.end())
       request.goals.push_back(goal);
   }
   require_one_of(strategies, arguments.strategy, "strategy");
   for (const std::string& name : arguments.without)
-    require_one_of(list_excludable_names(study.mechanism), name, "without");
+    require_one_of(conditions::list_excludable_names(study.mechanism), name, "without");
   request.is_modular = arguments.strategy == "modular";
   request.excluded = arguments.without;
   request.seed = arguments.seed;
@@ -249,12 +251,14 @@ void bind_balancing(py::module_& m) {
   m.def("front", &front, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
         py::arg("algorithm"), py::arg("command"));
   py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
-      .def("json", [](const FoundFront& one) { return front_json(one.view, {}); })
+      .def("json", [](const FoundFront& one) { return reports::front_json(one.view, {}); })
       .def("text",
-           [](const FoundFront& one) { return front_text(one.view, make_design_text_options(one.spec->study())); })
+           [](const FoundFront& one) {
+             return front_text(one.view, files::make_design_text_options(one.spec->study()));
+           })
       .def("csv", [](const FoundFront& one) { return front_csv(one.view); })
       .def("design", &front_point, py::arg("k"));
-  m.attr("goal_names") = goal_names();
+  m.attr("goal_names") = study::goal_names();
   py::class_<Design, std::shared_ptr<Design>>(m, "Design")
       .def_readonly("spec_text", &Design::spec_text)
       .def_property_readonly("status", [](const Design& one) { return name_of(one.view.report.outcome.status); })
@@ -263,13 +267,13 @@ void bind_balancing(py::module_& m) {
       .def_property_readonly("reason", [](const Design& one) { return one.view.report.outcome.reason; })
       .def_property_readonly("values", &values_of)
       .def("runs", &runs_of, py::arg("after"))
-      .def("json", [](const Design& one) { return design_json(one.view, {}); })
+      .def("json", [](const Design& one) { return reports::design_json(one.view, {}); })
       .def("text", [](const Design& one) { return design_text(one.view, one.text_options); })
       .def(
           "write",
           [](const Design& one, const std::string& path, bool force) {
-            WriteOptions options;
-            options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+            files::WriteOptions options;
+            options.existing = force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
             options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
             check_overwrites_no_source(path, one.description.spec_text, one.source);
             write_design(path, one.view, one.description, options);

@@ -65,7 +65,7 @@ void translate(std::exception_ptr pointer) {
     raise(error);
   } catch (const SystemError& error) {
     PyErr_SetString(PyExc_OSError, text_of(error).c_str());
-  } catch (const Cancelled& error) {
+  } catch (const files::Cancelled& error) {
     if (PyErr_Occurred() == nullptr) PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
   }
 }

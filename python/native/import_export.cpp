@@ -9,11 +9,11 @@
 namespace balance::python {
 namespace {
 
-ImportOptions options_of(const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
+foreign::ImportOptions options_of(const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
   return {.loops = loops, .fixed_base = fixed_base, .actuate = actuate};
 }
 
-py::list findings_of(const ImportResult& imported) {
+py::list findings_of(const foreign::ImportResult& imported) {
   py::list all;
   for (const foreign::Finding& one : imported.findings) {
     py::dict finding;
@@ -30,8 +30,8 @@ py::list findings_of(const ImportResult& imported) {
 
 py::dict import_robot(const std::string& path, const std::string& loops, bool fixed_base,
                       const std::vector<std::string>& actuate) {
-  const ImportOptions options = options_of(loops, fixed_base, actuate);
-  const ImportResult imported =
+  const foreign::ImportOptions options = options_of(loops, fixed_base, actuate);
+  const foreign::ImportResult imported =
       compute_in_background([path, options](BackgroundTask&) { return import_file(path, options); });
   py::dict all;
   all["format"] = imported.format;
@@ -52,7 +52,7 @@ py::dict import_robot(const std::string& path, const std::string& loops, bool fi
 
 py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& text, const std::string& file,
                        const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
-  const MassExport exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
+  const foreign::MassExport exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
   return py::make_tuple(exported.text, exported.changed, exported.notes);
 }
 
@@ -60,7 +60,8 @@ py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& tex
 
 void bind_foreign(py::module_& m) {
   m.def(
-      "read_text", [](const std::string& path) { return read_text_file(path, "spec"); }, py::arg("path"));
+      "read_text", [](const std::string& path) { return specification::read_text_file(path, "spec"); },
+      py::arg("path"));
   py::list starters;
   for (const app::Starter& one : app::starters())
     starters.append(py::make_tuple(std::string(one.kind), std::string(one.text)));
@@ -69,7 +70,7 @@ void bind_foreign(py::module_& m) {
   m.def("export_robot", &export_robot, py::arg("spec"), py::arg("text"), py::arg("file"), py::arg("loops"),
         py::arg("fixed_base"), py::arg("actuate"));
   m.def(
-      "parts_csv", [](const Spec& spec) { return format_balancing_elements_csv(spec.study().mechanism); },
+      "parts_csv", [](const Spec& spec) { return foreign::format_balancing_elements_csv(spec.study().mechanism); },
       py::arg("spec"));
 }
 

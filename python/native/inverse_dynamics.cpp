@@ -54,7 +54,7 @@ class RowRange {
           inverse_dynamics_.effort_rows(request_.q.middleRows(at, count), request_.dq.middleRows(at, count),
                                         request_.ddq.middleRows(at, count), time);
       efforts.middleRows(at, count) = result.efforts;
-      for (FailedRow& one : result.failures) failures_.push_back({one.row + at, std::move(one.outcome)});
+      for (dynamics::FailedRow& one : result.failures) failures_.push_back({one.row + at, std::move(one.outcome)});
     }
   }
 
@@ -66,7 +66,7 @@ class RowRange {
 
   void continue_from(RowRange& before) { inverse_dynamics_ = std::move(before.inverse_dynamics_); }
 
-  std::vector<FailedRow> take_failures() { return std::move(failures_); }
+  std::vector<dynamics::FailedRow> take_failures() { return std::move(failures_); }
 
  private:
   std::optional<VectorX> state(Eigen::Index row) {
@@ -94,7 +94,7 @@ class RowRange {
   Eigen::Index begin_, end_;
   InverseDynamics inverse_dynamics_;
   std::optional<VectorX> first_;
-  std::vector<FailedRow> failures_;
+  std::vector<dynamics::FailedRow> failures_;
 };
 
 /// Runs the ranges in parallel, the first one in the calling thread.
@@ -138,7 +138,7 @@ EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& option
       ranges[k].continue_from(ranges[k - 1]);
       ranges[k].run(all.efforts, is_stopped);
     }
-    for (FailedRow& one : ranges[k].take_failures()) all.failures.push_back(std::move(one));
+    for (dynamics::FailedRow& one : ranges[k].take_failures()) all.failures.push_back(std::move(one));
   }
   return all;
 }
@@ -183,9 +183,9 @@ py::tuple outcome_to_python(const MotionOutcome& outcome) {
   return py::make_tuple(name_of(outcome.status), outcome.time, outcome.reason);
 }
 
-py::list outcome_to_python(const std::vector<FailedRow>& failures) {
+py::list outcome_to_python(const std::vector<dynamics::FailedRow>& failures) {
   py::list all;
-  for (const FailedRow& one : failures) all.append(py::make_tuple(one.row, outcome_to_python(one.outcome)));
+  for (const dynamics::FailedRow& one : failures) all.append(py::make_tuple(one.row, outcome_to_python(one.outcome)));
   return all;
 }
 
@@ -246,10 +246,10 @@ py::tuple regressor(InverseDynamicsHandle& handle, const Numbers& q, const Numbe
   const VectorX at = vector_of(q), rate = vector_of(dq), acceleration = vector_of(ddq);
   const auto result =
       handle.with_lock([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
-  const EffortRegressor& r = result.value;
+  const dynamics::EffortRegressor& r = result.value;
   py::dict all;
   py::list names;
-  for (const Parameter& one : r.parameters) names.append(one.name);
+  for (const dynamics::Parameter& one : r.parameters) names.append(one.name);
   all["parameters"] = names;
   all["values"] = copied(r.values);
   all["effort"] = matrix(r.effort);
@@ -261,7 +261,7 @@ py::tuple regressor(InverseDynamicsHandle& handle, const Numbers& q, const Numbe
 
 py::tuple assemble(InverseDynamicsHandle& handle, const Numbers& q,
                    const std::vector<std::pair<std::string, double>>& guesses) {
-  std::vector<CoordinateGuess> values;
+  std::vector<dynamics::CoordinateGuess> values;
   for (const auto& [name, value] : guesses) values.push_back({name, value});
   const VectorX at = vector_of(q);
   const auto result = handle.with_lock([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });

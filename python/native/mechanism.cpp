@@ -19,7 +19,7 @@ py::list bodies_of(const Mechanism& mechanism) {
   py::list all;
   for (const Body& body : mechanism.bodies) {
     py::dict points;
-    for (const NamedPoint& point : body.points) points[py::str(point.name)] = vector_of_three(point.position);
+    for (const model::NamedPoint& point : body.points) points[py::str(point.name)] = vector_of_three(point.position);
     py::dict one;
     one["name"] = body.name;
     one["mass"] = body.mass;
@@ -81,8 +81,8 @@ py::list actuators_of(const Mechanism& mechanism) {
 
 py::tuple parameters_of(const Mechanism& mechanism) {
   py::list names;
-  for (const Parameter& one : list_parameters(mechanism)) names.append(one.name);
-  return py::make_tuple(names, copied(parameter_values(mechanism)));
+  for (const dynamics::Parameter& one : dynamics::list_parameters(mechanism)) names.append(one.name);
+  return py::make_tuple(names, copied(dynamics::parameter_values(mechanism)));
 }
 
 }  // namespace
@@ -98,8 +98,8 @@ void bind_mechanism(py::module_& m) {
       .def_property_readonly("coordinates", &coordinates_of)
       .def_property_readonly("actuators", &actuators_of)
       .def_property_readonly("parameters", &parameters_of)
-      .def_property_readonly("total_mass", &total_mass)
-      .def_property_readonly("characteristic_length", &characteristic_length);
+      .def_property_readonly("total_mass", &model::total_mass)
+      .def_property_readonly("characteristic_length", &model::characteristic_length);
 }
 
 }  // namespace balance::python

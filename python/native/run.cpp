@@ -12,6 +12,9 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 namespace balance::python {
+
+using results::ColumnKind;
+
 namespace {
 
 using SharedRun = std::shared_ptr<Run>;
@@ -42,13 +45,13 @@ std::vector<std::string> labels_of(const std::string& dimension, const RunResult
   if (dimension == "constraint") return r.constraint_names;
   if (dimension == "sliding") return r.sliding_names;
   if (dimension == "body") return r.body_names;
-  if (dimension == "axis") return axis_labels(r.axes);
-  return quaternion_labels();
+  if (dimension == "axis") return results::axis_labels(r.axes);
+  return results::quaternion_labels();
 }
 
 py::list round_off_of(const RunResult& r, const Quantity& quantity) {
   py::list all;
-  VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
+  VectorX results::TermMagnitudes::*const size = results::term_magnitude_of(quantity.member);
   if (size == nullptr) return all;
   for (const double value : r.round_off.*size) all.append(value);
   return all;
@@ -58,7 +61,7 @@ py::list round_off_of(const RunResult& r, const Quantity& quantity) {
 py::dict describe(const RunResult& r, const Quantity& quantity) {
   py::dict one;
   one["long_name"] = quantity.long_name;
-  one["unit"] = common_unit(quantity.units);
+  one["unit"] = results::common_unit(quantity.units);
   one["units"] = quantity.units;
   one["dimensions"] = dimensions_of(quantity.columns);
   one["round_off"] = round_off_of(r, quantity);
@@ -109,14 +112,14 @@ py::list metrics_of(const Run& run) {
 
 py::list payload_changes_of(const Run& run) {
   py::list all;
-  for (const PayloadEvent& one : run.result.payload_events)
+  for (const results::PayloadEvent& one : run.result.payload_events)
     all.append(py::make_tuple(one.payload, describe_payload_event(one), one.time, one.speed, one.angular_speed,
                               copied(one.effort_before), copied(one.effort_after)));
   return all;
 }
 
 py::dict description_of(const Run& run) {
-  const Provenance& d = run.description;
+  const files::Provenance& d = run.description;
   py::dict all;
   all["title"] = d.title;
   all["balance_version"] = d.version;
@@ -137,10 +140,10 @@ py::dict description_of(const Run& run) {
 }
 
 /// Writing keeps the GIL: HDF5 is not thread-safe, and other modules that use it rely on the GIL.
-WriteOptions write_options(bool force, bool compress) {
-  WriteOptions options;
-  options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
-  options.compression = compress ? Compression::gzip : Compression::none;
+files::WriteOptions write_options(bool force, bool compress) {
+  files::WriteOptions options;
+  options.existing = force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
+  options.compression = compress ? files::Compression::gzip : files::Compression::none;
   options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
   return options;
 }
@@ -149,9 +152,9 @@ WriteOptions write_options(bool force, bool compress) {
 
 void check_overwrites_no_source(const std::string& path, const std::string& spec_text, const std::string& source) {
   if (source.empty()) return;
-  std::vector<InputFile> inputs = {{source, ""}};
-  for (std::string& file : list_spec_files(spec_text, source)) inputs.push_back({std::move(file), ""});
-  if (const InputFile* replaced = find_replaced_input(path, inputs))
+  std::vector<files::InputFile> inputs = {{source, ""}};
+  for (std::string& file : specification::list_spec_files(spec_text, source)) inputs.push_back({std::move(file), ""});
+  if (const files::InputFile* replaced = find_replaced_input(path, inputs))
     throw SystemError("cannot write " + path + ": it would replace its input: " + replaced->path);
 }
 
@@ -189,9 +192,10 @@ void bind_run(py::module_& m) {
           py::arg("path"), py::arg("force"))
       .def("text",
            [](const Run& run) {
-             return format_result_summary(run.result, run.description, make_text_options(run.description.spec_text));
+             return format_result_summary(run.result, run.description,
+                                          files::make_text_options(run.description.spec_text));
            })
-      .def("json", [](const Run& run) { return format_result_json(run.result, run.description, {}); });
+      .def("json", [](const Run& run) { return files::format_result_json(run.result, run.description, {}); });
 }
 
 }  // namespace balance::python

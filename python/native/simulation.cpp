@@ -46,7 +46,7 @@ Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
 }
 
 Trajectory choose_trajectory(const Spec& spec, const RunRequest& request) {
-  Trajectory trajectory = balance::choose_trajectory(spec.study(), request.trajectory);
+  Trajectory trajectory = study::choose_trajectory(spec.study(), request.trajectory);
   if (request.samples) change_argument("samples", [&] { change_samples(trajectory, *request.samples); });
   if (request.duration) change_argument("duration", [&] { change_duration(trajectory, *request.duration); });
   if (request.about) trajectory.about = point_of(*request.about, spec.study().mechanism.space);
@@ -54,19 +54,20 @@ Trajectory choose_trajectory(const Spec& spec, const RunRequest& request) {
 }
 
 /// The same provenance as in the program, so that files are identical byte by byte.
-Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& request,
-                    const std::string& controller) {
-  return make_simulation_provenance(spec.study(), trajectory,
-                                    {.spec_file = spec.file,
-                                     .trajectory = trajectory.name,
-                                     .samples = request.samples,
-                                     .duration = request.duration,
-                                     .about = request.about ? fmt::format("{}", fmt::join(*request.about, ",")) : "",
-                                     .poses = request.poses,
-                                     .formulation = request.formulation,
-                                     .controller = controller,
-                                     .settle = request.settle,
-                                     .steps = request.steps});
+files::Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& request,
+                           const std::string& controller) {
+  return files::make_simulation_provenance(
+      spec.study(), trajectory,
+      {.spec_file = spec.file,
+       .trajectory = trajectory.name,
+       .samples = request.samples,
+       .duration = request.duration,
+       .about = request.about ? fmt::format("{}", fmt::join(*request.about, ",")) : "",
+       .poses = request.poses,
+       .formulation = request.formulation,
+       .controller = controller,
+       .settle = request.settle,
+       .steps = request.steps});
 }
 
 std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajectory& trajectory,
@@ -83,10 +84,10 @@ std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajec
             controller
                 ? simulate_closed_loop(mechanism, trajectory, *controller,
                                        {.hold_time = request.settle, .max_steps = request.steps, .progress = report})
-            : request.formulation == "natural" ? simulate_natural(mechanism, trajectory, report)
+            : request.formulation == "natural" ? verification::simulate_natural(mechanism, trajectory, report)
                                                : simulate(mechanism, trajectory, report);
         if (!controller && result.outcome.status != MotionStatus::done)
-          result.outcome.reason += describe_feasible_modes(mechanism, trajectory, result.outcome);
+          result.outcome.reason += simulation::describe_feasible_modes(mechanism, trajectory, result.outcome);
         if (request.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },
@@ -130,26 +131,26 @@ std::string format_coordinate_option(const NamedValues& numbers, const Study& st
   return text;
 }
 
-ConfigurationResult find_state_configuration(const StateCommand& command, const Trajectory* trajectory,
-                                             const Study& study) {
+kinematics::ConfigurationResult find_state_configuration(const files::StateCommand& command,
+                                                         const Trajectory* trajectory, const Study& study) {
   if (command.at != "start" && command.at != "end")
-    return solve_configuration(study.mechanism, read_pose(command.at, study));
+    return kinematics::solve_configuration(study.mechanism, specification::read_pose(command.at, study));
   if (trajectory == nullptr) throw std::invalid_argument("at: " + study.spec_file + " has no motion");
-  return command.at == "start" ? find_start_configuration(study.mechanism, *trajectory)
-                               : find_end_configuration(study.mechanism, *trajectory);
+  return command.at == "start" ? simulation::find_start_configuration(study.mechanism, *trajectory)
+                               : simulation::find_end_configuration(study.mechanism, *trajectory);
 }
 
-RunResult evaluate_requested_state(const Spec& spec, const StateCommand& command, const StateRequest& request) {
+RunResult evaluate_requested_state(const Spec& spec, const files::StateCommand& command, const StateRequest& request) {
   const Study& study = spec.study();
   const bool moves = !study.trajectories.empty() || !request.trajectory.empty();
   const Trajectory* trajectory = moves ? &choose_trajectory(spec.study(), request.trajectory) : nullptr;
-  ConfigurationResult configuration = find_state_configuration(command, trajectory, study);
+  kinematics::ConfigurationResult configuration = find_state_configuration(command, trajectory, study);
   if (configuration.outcome.status != MotionStatus::done) return {.outcome = std::move(configuration.outcome)};
-  SingleState state{std::move(configuration.coordinates), {}, {}, request.time};
-  if (!command.rates.empty()) state.rates = read_coordinate_rates(command.rates, "rates", study);
+  dynamics::SingleState state{std::move(configuration.coordinates), {}, {}, request.time};
+  if (!command.rates.empty()) state.rates = specification::read_coordinate_rates(command.rates, "rates", study);
   if (!command.accelerations.empty())
-    state.accelerations = read_coordinate_rates(command.accelerations, "accelerations", study);
-  InverseOptions options = make_state_options(trajectory);
+    state.accelerations = specification::read_coordinate_rates(command.accelerations, "accelerations", study);
+  InverseOptions options = dynamics::make_state_options(trajectory);
   options.independent = request.independent;
   if (request.about) options.about = point_of(*request.about, study.mechanism.space);
   RunResult result = evaluate_single_state(study.mechanism, state, options);
@@ -159,7 +160,7 @@ RunResult evaluate_requested_state(const Spec& spec, const StateCommand& command
 
 std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, const StateRequest& request) {
   const Study& study = spec->study();
-  const StateCommand command{
+  const files::StateCommand command{
       .spec_file = spec->file,
       .at = request.joints.empty() ? request.at : format_coordinate_option(request.joints, study),
       .rates = format_coordinate_option(request.rates, study),
@@ -179,8 +180,9 @@ std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, cons
 
 std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const RunRequest& request,
                                   const py::object& progress) {
-  if (!(request.settle >= 0 && request.settle <= max_duration))
-    throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, request.settle));
+  if (!(request.settle >= 0 && request.settle <= trajectory::max_duration))
+    throw std::invalid_argument(
+        fmt::format("settle: must be from 0 to {} s, is {}", trajectory::max_duration, request.settle));
   if (request.steps < 0) throw std::invalid_argument("steps: must not be negative");
   const Trajectory trajectory = choose_trajectory(*spec, request);
   return run_request(spec, trajectory, request, choose_controller(spec->study(), request.controller), progress);

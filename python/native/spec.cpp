@@ -59,7 +59,7 @@ py::list controllers_of(const Spec& spec) {
 
 py::list free_numbers_of(const Spec& spec) {
   py::list all;
-  const NumberUnits units = list_number_units(spec.study());
+  const specification::NumberUnits units = specification::list_number_units(spec.study());
   for (const FreeNumber& one : spec.study().free_numbers) {
     py::dict entry;
     entry["path"] = one.key_path;
@@ -86,12 +86,13 @@ py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py:
         const Study& study = spec->study();
         Checked all;
         all.report = check_mechanism(study, [&](double fraction) { task.report_progress(fraction); });
-        std::optional<VerifyReport> verification;
+        std::optional<verification::VerifyReport> verification;
         if (verified && all.report.outcome.status == MotionStatus::done) verification = verify_formulations(study);
-        all.json = check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr);
-        const TextOptions text = make_text_options(study.spec_text);
-        all.text = check_text(all.report, study.mechanism, text);
-        if (verification) all.text += "\n" + verify_text(*verification, text);
+        all.json =
+            reports::check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr);
+        const files::TextOptions text = files::make_text_options(study.spec_text);
+        all.text = reports::check_text(all.report, study.mechanism, text);
+        if (verification) all.text += "\n" + reports::verify_text(*verification, text);
         return all;
       },
       progress);

@@ -19,10 +19,10 @@ namespace {
 
 /// Result of a tolerance analysis; immutable.
 struct ToleranceAnswer {
-  ToleranceReportData view;
-  Provenance description;
+  reports::ToleranceReportData view;
+  files::Provenance description;
   MotionOutcome outcome;
-  TextOptions text_options = {};
+  files::TextOptions text_options = {};
   std::string source = {};  ///< file of the spec
 };
 
@@ -30,13 +30,13 @@ struct ToleranceAnswer {
 struct ToleranceRequest {
   std::optional<Trajectory> trajectory;
   std::vector<std::string> of;
-  MonteCarloOptions draws;
+  tolerance::MonteCarloOptions draws;
 };
 
 void require_quantities(const std::vector<std::string>& of, const Mechanism& mechanism) {
-  const std::vector<std::string> names = list_metric_names(mechanism);
+  const std::vector<std::string> names = results::list_metric_names(mechanism);
   for (const std::string& name : of)
-    if (std::find(names.begin(), names.end(), resolve_quantity_name(name, names)) == names.end())
+    if (std::find(names.begin(), names.end(), results::resolve_quantity_name(name, names)) == names.end())
       throw std::invalid_argument(fmt::format("of {}: expected {}{}", quote_for_message(name), join_alternatives(names),
                                               append_nearest_name(name, names)));
 }
@@ -47,10 +47,11 @@ Trajectory trajectory_of(const Spec& spec, const std::string& name, std::optiona
   return trajectory;
 }
 
-void analyse_along_trajectory(const TolerancedDesignSpace& toleranced, const ToleranceRequest& request,
+void analyse_along_trajectory(const specification::TolerancedDesignSpace& toleranced, const ToleranceRequest& request,
                               BackgroundTask& task, ToleranceAnswer& result) {
   const Trajectory& trajectory = *request.trajectory;
-  ToleranceReport report = analyse_tolerance(toleranced.space, toleranced.tolerances, trajectory, request.of);
+  tolerance::ToleranceReport report =
+      tolerance::analyse_tolerance(toleranced.space, toleranced.tolerances, trajectory, request.of);
   result.outcome = report.outcome;
   if (report.outcome.status != MotionStatus::done) return;
   result.view.trajectory = trajectory.name;
@@ -62,19 +63,19 @@ void analyse_along_trajectory(const TolerancedDesignSpace& toleranced, const Tol
                                           [&](double fraction) { task.report_progress(fraction); });
 }
 
-void analyse_at_rest(const TolerancedDesignSpace& toleranced, ToleranceAnswer& result) {
-  result.view.at_rest = analyse_static_tolerance(toleranced.space, toleranced.tolerances);
+void analyse_at_rest(const specification::TolerancedDesignSpace& toleranced, ToleranceAnswer& result) {
+  result.view.at_rest = tolerance::analyse_static_tolerance(toleranced.space, toleranced.tolerances);
   result.outcome = result.view.at_rest->outcome;
 }
 
 std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const ToleranceRequest& request,
                                                         BackgroundTask& task) {
-  const TolerancedDesignSpace toleranced = read_toleranced_space(spec.text, spec.file, spec.read);
+  const specification::TolerancedDesignSpace toleranced = read_toleranced_space(spec.text, spec.file, spec.read);
   const SourceLocation location{.file = spec.file, .key = "tolerances"};
   if (toleranced.tolerances.empty())
     throw SpecError({.place = location, .message = "missing: expected the numbers that may deviate"});
   auto result = std::make_shared<ToleranceAnswer>();
-  result->text_options = make_design_text_options(spec.study());
+  result->text_options = files::make_design_text_options(spec.study());
   result->source = spec.file;
   result->view.mechanism = spec.study().mechanism.name;
   result->view.numbers = toleranced.tolerances;
@@ -95,16 +96,17 @@ std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spe
   if (at_rest && (!trajectory.empty() || draws != 0))
     throw std::invalid_argument("at_rest: cannot be combined with a trajectory or monte_carlo");
   if (seed && draws == 0) throw std::invalid_argument("seed: applies only with monte_carlo");
-  if (draws != 0 && (draws < 2 || draws > max_tolerance_draws))
+  if (draws != 0 && (draws < 2 || draws > tolerance::max_tolerance_draws))
     throw std::invalid_argument(
-        fmt::format("monte_carlo: must be 0 or from 2 to {}, is {}", max_tolerance_draws, draws));
+        fmt::format("monte_carlo: must be 0 or from 2 to {}, is {}", tolerance::max_tolerance_draws, draws));
   require_quantities(of, spec->study().mechanism);
   ToleranceRequest request{.trajectory = std::nullopt, .of = of, .draws = {draws, seed.value_or(1)}};
   if (!at_rest) request.trajectory = trajectory_of(*spec, trajectory, samples);
   auto result = compute_in_background(
       [spec, request](BackgroundTask& task) { return compute_tolerance_data(*spec, request, task); }, progress);
   if (request.trajectory)
-    result->description = make_tolerance_provenance(spec->study(), *request.trajectory, {.of = of, .samples = samples});
+    result->description =
+        reports::make_tolerance_provenance(spec->study(), *request.trajectory, {.of = of, .samples = samples});
   return result;
 }
 
@@ -122,8 +124,8 @@ void bind_tolerance(py::module_& m) {
       .def(
           "write",
           [](const ToleranceAnswer& one, const std::string& path, bool force) {
-            WriteOptions options;
-            options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+            files::WriteOptions options;
+            options.existing = force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
             options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
             check_overwrites_no_source(path, one.description.spec_text, one.source);
             write_tolerance(path, one.view, one.description, options);

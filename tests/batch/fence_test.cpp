@@ -15,6 +15,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::batch;
 
 WorkerState finish(SandboxedWorker& worker) {
   while (worker.update_state() == WorkerState::busy) wait_for_any({&worker});

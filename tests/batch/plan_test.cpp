@@ -18,6 +18,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::batch;
 namespace fs = std::filesystem;
 
 struct Folder {
@@ -113,7 +114,7 @@ TEST_CASE("a key depends on everything that the result depends on, and on nothin
 
 TEST_CASE("the program's build is its bytes (C11)") {
   const std::string build = hash_build();
-  CHECK(build == sha256_of_file("/proc/self/exe"));
+  CHECK(build == balance::files::sha256_of_file("/proc/self/exe"));
   CHECK(build.size() == 64);
 }
 

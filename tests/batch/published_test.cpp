@@ -14,6 +14,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::batch;
 
 constexpr double pi = std::numbers::pi;
 
@@ -46,7 +47,7 @@ CaseRecord record_with(const std::string& name, const std::string& figure, doubl
   CaseRecord record;
   record.name = name;
   record.status = "done";
-  EvaluatedFigure evaluated;
+  comparison::EvaluatedFigure evaluated;
   evaluated.text = figure;
   evaluated.value = value;
   evaluated.unit = "m/s";
@@ -59,7 +60,7 @@ CaseRecord record_with(const std::string& name, const std::string& figure, doubl
 TEST_CASE("half of the last digit is that of the number as written") {
   const std::pair<const char*, double> halves[] = {{"6.90536", 5e-6}, {"6.833", 5e-4}, {"121", 0.5},    {"1.2e3", 50},
                                                    {"-0.50", 5e-3},   {"3e-4", 5e-5},  {"2.50E+2", 0.5}};
-  for (const auto& [text, half] : halves) CHECK(specification::half_last_digit(text) == half);
+  for (const auto& [text, half] : halves) CHECK(balance::batch::half_last_digit(text) == half);
 }
 
 TEST_CASE("a row is judged with the tolerance of its exact number") {
@@ -137,7 +138,7 @@ TEST_CASE("an improvement without its proof does not hold") {
   const auto outcome = [&](const std::string& word) {
     CaseRecord record = record_with("a", "added_mass()", 0.3551);
     record.figures.front().unit = "kg";
-    EvaluatedFigure verdict;
+    balance::comparison::EvaluatedFigure verdict;
     verdict.text = "verdict()";
     verdict.word = word;
     record.figures.push_back(verdict);
@@ -227,7 +228,7 @@ TEST_CASE("figures are asked of the cases that they are judged for, and of those
   const auto asked = list_asked_figures(suite);
   const auto texts = [&](std::size_t i) {
     std::string all;
-    for (const FigureReference& figure : asked[i]) all += figure.text() + ";";
+    for (const balance::comparison::FigureReference& figure : asked[i]) all += figure.text() + ";";
     return all;
   };
   CHECK(texts(0) == "value(torque[A], 0.1);");

@@ -12,6 +12,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::batch;
 
 CaseRecord record(const std::string& name, double peak, const std::string& status = "done") {
   CaseRecord one;

@@ -18,6 +18,7 @@ namespace threads_test {
 namespace {
 
 using namespace balance;
+using namespace balance::batch;
 namespace fs = std::filesystem;
 
 struct Folder {
@@ -87,7 +88,7 @@ TEST_CASE("results are read while others are written") {
     for (int reader = 0; reader < 3; ++reader)
       readers.emplace_back([&] {
         for (const SuiteCase& one : all.suite.cases)
-          if (read_result_file((folder.path / (one.name + ".h5")).string()).result.time.size() != 21) ++wrong;
+          if (balance::read_result_file((folder.path / (one.name + ".h5")).string()).result.time.size() != 21) ++wrong;
       });
   }
   CHECK(wrong == 0);

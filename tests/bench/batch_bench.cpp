@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 constexpr long cases = 1000;
 constexpr int threads = 2;
 
-BatchPlan plan() {
+batch::BatchPlan plan() {
   const std::string suite = "matrix: {spec: 3rrr.yaml, trajectory: cycloid, set: {xg: {from: -0.09, to: 0.09, count: " +
                             std::to_string(cases) + "}}}\n";
-  return make_batch_plan(parse_suite(suite, std::string(BALANCE_CONFIGS) + "/bench.yaml"));
+  return make_batch_plan(batch::parse_suite(suite, std::string(BALANCE_CONFIGS) + "/bench.yaml"));
 }
 
 /// A new folder for every repetition, removed afterwards.
@@ -38,17 +38,17 @@ struct Folder {
   std::string path;
 };
 
-void run_bare(const BatchPlan& plan, const std::string& folder, Durability durability) {
+void run_bare(const batch::BatchPlan& plan, const std::string& folder, files::Durability durability) {
   fs::create_directories(folder);
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < plan.cases.size(); i = next++) {
-      const SuiteCase& one = plan.suite.cases[i];
-      const SpecSource& spec = plan.specs[plan.cases[i].spec];
+      const batch::SuiteCase& one = plan.suite.cases[i];
+      const batch::SpecSource& spec = plan.specs[plan.cases[i].spec];
       const Study study = read_spec(spec.text, spec.path, {.set = one.overrides});
       const RunResult result = simulate(study.mechanism, study.trajectories.front());
-      const Provenance description = make_simulation_provenance(study, study.trajectories.front(),
-                                                                {.spec_file = spec.path, .trajectory = "cycloid"});
+      const files::Provenance description = files::make_simulation_provenance(
+          study, study.trajectories.front(), {.spec_file = spec.path, .trajectory = "cycloid"});
       write_result_hdf5(folder + "/" + one.name + ".h5", result, description, {.durability = durability});
     }
   };
@@ -57,10 +57,10 @@ void run_bare(const BatchPlan& plan, const std::string& folder, Durability durab
 }
 
 void bare(benchmark::State& state) {
-  const BatchPlan all = plan();
+  const batch::BatchPlan all = plan();
   for ([[maybe_unused]] auto _ : state) {
     const Folder folder;
-    run_bare(all, folder.path, state.range(0) == 1 ? Durability::synced : Durability::deferred);
+    run_bare(all, folder.path, state.range(0) == 1 ? files::Durability::synced : files::Durability::deferred);
   }
 }
 BENCHMARK(bare)
@@ -76,11 +76,11 @@ BENCHMARK(bare)
 void batch(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) {
     const Folder folder;
-    const BatchPlan all = plan();
-    BatchOptions options;
+    const batch::BatchPlan all = plan();
+    batch::BatchOptions options;
     options.folder = folder.path;
     options.jobs = threads;
-    BatchOutcome outcome = run_batch(all, options);
+    batch::BatchOutcome outcome = run_batch(all, options);
     write_summary(folder.path, summarise_batch(all.suite, std::move(outcome.records)));
   }
 }

@@ -18,16 +18,17 @@ namespace {
 void named(benchmark::State& bench, const char* config, GoalKind kind, bool nearby) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
   const std::vector<Goal> goals = {{kind}};
-  const auto start = start_coordinates(study);
-  const auto prepare = [&](const Mechanism& any) { return assembled_at(any, start); };
+  const auto start = simulation::start_coordinates(study);
+  const auto prepare = [&](const Mechanism& any) { return simulation::assembled_at(any, start); };
   const std::function<Conditions(const Mechanism&)> derive = [&](const Mechanism& any) {
     return derive_conditions(prepare(any), goals);
   };
-  const std::vector<GeometricSymbol> symbols =
-      list_symbols(read_design_space_file(std::string(BALANCE_CONFIGS) + "/" + config));
+  const std::vector<conditions::GeometricSymbol> symbols =
+      conditions::list_symbols(read_design_space_file(std::string(BALANCE_CONFIGS) + "/" + config));
   for (auto _ : bench) {
     const Conditions conditions = derive(study.mechanism);
-    const auto again = nearby ? make_perturbed_derivation(derive, prepare, study.mechanism, conditions, {}) : derive;
+    const auto again =
+        nearby ? conditions::make_perturbed_derivation(derive, prepare, study.mechanism, conditions, {}) : derive;
     benchmark::DoNotOptimize(name_coefficients(study.mechanism, conditions, symbols, again));
   }
 }

@@ -13,9 +13,9 @@ namespace {
 /// One evaluation, at ever new parameters.
 void evaluate(benchmark::State& bench, Statistic figure, const char* quantity, bool with_gradient) {
   const Mechanism mechanism = three_rrr();
-  const TrajectoryCost cost(mechanism, three_rrr_cycloid(bench.range(0)));
-  const CostFunction function = cost.figure(figure, quantity).value();
-  VectorX parameters = parameter_values(mechanism), gradient;
+  const design::TrajectoryCost cost(mechanism, three_rrr_cycloid(bench.range(0)));
+  const design::CostFunction function = cost.figure(figure, quantity).value();
+  VectorX parameters = dynamics::parameter_values(mechanism), gradient;
   for (auto _ : bench) {
     parameters[0] += 1e-9;
     benchmark::DoNotOptimize(function(parameters, with_gradient ? &gradient : nullptr));
@@ -39,7 +39,7 @@ void set_up(benchmark::State& bench) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(bench.range(0));
   for (auto _ : bench)
-    benchmark::DoNotOptimize(TrajectoryCost(mechanism, trajectory).figure(Statistic::rms, "shaking_force"));
+    benchmark::DoNotOptimize(design::TrajectoryCost(mechanism, trajectory).figure(Statistic::rms, "shaking_force"));
 }
 BENCHMARK(set_up)->Name("set-up of an rms objective, samples:")->Arg(1001)->Arg(100001)->Unit(benchmark::kMillisecond);
 

@@ -29,7 +29,7 @@ BENCHMARK_CAPTURE(conditions, dynamic, {GoalKind::dynamic})->Unit(benchmark::kMi
 BENCHMARK_CAPTURE(conditions, gyroscopic, {GoalKind::gyroscopic})->Unit(benchmark::kMillisecond);
 
 /// A mechanism whose attachments' masses are free.
-class CounterweightModel final : public DesignModel {
+class CounterweightModel final : public design::DesignModel {
  public:
   explicit CounterweightModel(Mechanism mechanism) : mechanism_(std::move(mechanism)) {}
   Mechanism build_mechanism(const VectorX& x) const override {
@@ -44,9 +44,9 @@ class CounterweightModel final : public DesignModel {
 
 /// The 3RRR with a counterweight of free mass 0.1 m behind the first joint of every crank and coupler: 2.7 kg on couplers, 9.36 kg
 /// on cranks make its shaking force vanish (configs/3rrr-force-balance.yaml derives them by hand).
-DesignProblem counterweights() {
+design::DesignProblem counterweights() {
   Mechanism mechanism = three_rrr();
-  DesignProblem problem;
+  design::DesignProblem problem;
   for (int body = 1; body <= 6; ++body) {
     Attachment weight;
     weight.name = "cw" + std::to_string(body);
@@ -61,9 +61,9 @@ DesignProblem counterweights() {
 }
 
 void exact_design(benchmark::State& bench) {
-  const DesignProblem problem = counterweights();
+  const design::DesignProblem problem = counterweights();
   for (auto _ : bench) {
-    const DesignOutcome outcome = solve_design(problem);
+    const design::DesignOutcome outcome = solve_design(problem);
     if (outcome.status != DesignStatus::balanced) return bench.SkipWithError(outcome.reason.c_str());
     benchmark::DoNotOptimize(outcome.x.data());
   }

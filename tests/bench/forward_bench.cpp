@@ -18,7 +18,7 @@ void release(benchmark::State& bench, const Mechanism& mechanism, const Trajecto
   const long row = trajectory.samples / 2;
   const VectorX q = result.joint_position.row(row).transpose(), dq = result.joint_velocity.row(row).transpose();
   const VectorX efforts = result.torque.row(row).transpose();
-  Plant plant(mechanism);
+  control::Plant plant(mechanism);
   long evaluations = 0;
   for (auto _ : bench) {
     plant.start(0, q, dq);

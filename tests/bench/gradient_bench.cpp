@@ -38,30 +38,34 @@ double seconds(const Work& work) {
 
 /// Motion and forces at every stop, sample by sample.
 void walk_plainly(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const CompiledMotion<Planar> motion(mechanism, trajectory);
-  TreeMotionSource<Planar> source(mechanism, motion, trajectory.about, Detail::forces);
-  visit_time_grid(source, trajectory.samples, [&](const TimeGridPoint&) { return source.evaluate(); });
+  const kinematics::CompiledMotion<kinematics::Planar> motion(mechanism, trajectory);
+  dynamics::TreeMotionSource<kinematics::Planar> source(mechanism, motion, trajectory.about, dynamics::Detail::forces);
+  visit_time_grid(source, trajectory.samples, [&](const trajectory::TimeGridPoint&) { return source.evaluate(); });
 }
 
 /// By the spec's free numbers.
-RunGradient walk_over_duals(const DesignSpace& space, const VectorX& x) {
-  std::vector<DualNumber> inputs(space.inputs.begin(), space.inputs.end());
+derivatives::RunGradient walk_over_duals(const DesignSpace& space, const VectorX& x) {
+  std::vector<derivatives::DualNumber> inputs(space.inputs.begin(), space.inputs.end());
   for (int i = 0; i < static_cast<int>(x.size()); ++i)
-    inputs[static_cast<std::size_t>(space.free_inputs[static_cast<std::size_t>(i)])] = DualNumber::variable(x[i], i);
-  const RecordedValues<DualNumber> values(*space.recording, inputs);
-  return differentiate_run(values.mechanism(), cast_scalar<DualNumber>(space.recording->trajectories.front(), values),
-                           {"shaking_moment"});
+    inputs[static_cast<std::size_t>(space.free_inputs[static_cast<std::size_t>(i)])] =
+        derivatives::DualNumber::variable(x[i], i);
+  const study::RecordedValues<derivatives::DualNumber> values(*space.recording, inputs);
+  return derivatives::differentiate_run(
+      values.mechanism(),
+      trajectory::cast_scalar<derivatives::DualNumber>(space.recording->trajectories.front(), values),
+      {"shaking_moment"});
 }
 
 void slopes(benchmark::State& bench) {
   const DesignSpace space = open_angle();
   const VectorX x = VectorX::Constant(8, 0.1);
-  const DesignInstance trial = space.instantiate(x);
+  const study::DesignInstance trial = space.instantiate(x);
   double plain = 0, derived = 0, scalar = 0, duals = 0;
   for (auto _ : bench) {
     plain += seconds([&] { benchmark::DoNotOptimize(simulate(trial.mechanism, trial.trajectories.front()).energy); });
-    derived += seconds(
-        [&] { benchmark::DoNotOptimize(compute_figure_gradients(space, x, "calm", {"shaking_moment"}).energy.value); });
+    derived += seconds([&] {
+      benchmark::DoNotOptimize(design::compute_figure_gradients(space, x, "calm", {"shaking_moment"}).energy.value);
+    });
     scalar += seconds([&] { walk_plainly(trial.mechanism, trial.trajectories.front()); });
     duals += seconds([&] { benchmark::DoNotOptimize(walk_over_duals(space, x).run.time); });
   }

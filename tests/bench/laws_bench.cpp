@@ -52,7 +52,7 @@ Trajectory of_force(const Study& study) {
 
 void search(benchmark::State& timer, const Mechanism& mechanism, const Trajectory& trajectory) {
   for (auto _ : timer)
-    if (resolve_trajectory(mechanism, trajectory).outcome.status != MotionStatus::done)
+    if (time_optimal::resolve_trajectory(mechanism, trajectory).outcome.status != MotionStatus::done)
       throw std::runtime_error("no law");
 }
 

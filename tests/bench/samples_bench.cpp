@@ -12,17 +12,18 @@ namespace {
 
 /// Walks the whole trajectory; reports time per sample.
 void walk(benchmark::State& bench, const Mechanism& mechanism, const Trajectory& trajectory) {
-  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
-  MotionStepper<Planar> stepper(mechanism, tree, plan);
-  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  kinematics::Tree<kinematics::Planar> tree =
+      kinematics::compile_tree<kinematics::Planar>(mechanism, prescribed_coordinates(trajectory));
+  const kinematics::CompiledTrajectory<kinematics::Planar> plan = compile_trajectory(mechanism, tree, trajectory);
+  kinematics::MotionStepper<kinematics::Planar> stepper(mechanism, tree, plan);
+  dynamics::SampleEvaluator<kinematics::Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
   const double step = plan.prescribed_motion->duration() / static_cast<double>(trajectory.samples - 1);
   for (auto _ : bench) {
     stepper.begin();
     double sum = 0;
     for (long k = 1; k < trajectory.samples; ++k) {
       if (!stepper.advance(step * static_cast<double>(k))) return bench.SkipWithError(stepper.outcome().reason.c_str());
-      observer.evaluate(stepper, Detail::forces);
+      observer.evaluate(stepper, dynamics::Detail::forces);
       sum += observer.sample().shaking_moment.z() + observer.sample().effort[0];
     }
     benchmark::DoNotOptimize(sum);
@@ -39,14 +40,14 @@ BENCHMARK(planar_rrr_joints);
 
 void seven_joint_arm_torques(benchmark::State& bench) {
   const Mechanism arm = seven_joint_arm();
-  const Tree<Spatial> tree = compile_tree<Spatial>(arm, {});
-  TreeState<Spatial> state(tree.nodes.size());
-  std::vector<Wrench<Spatial>> wrenches(tree.nodes.size());
+  const kinematics::Tree<kinematics::Spatial> tree = kinematics::compile_tree<kinematics::Spatial>(arm, {});
+  kinematics::TreeState<kinematics::Spatial> state(tree.nodes.size());
+  std::vector<dynamics::Wrench<kinematics::Spatial>> wrenches(tree.nodes.size());
   double y[7], dy[7], ddy[7], tau[7];
   for (int k = 0; k < 7; ++k) y[k] = 0.3 * k - 1, dy[k] = 1 - 0.2 * k, ddy[k] = 0.5 * k;
   for (auto _ : bench) {
     y[0] += 1e-9;  // a new configuration every time
-    open_tree_inverse_dynamics<Spatial>(tree, y, dy, ddy, arm.gravity, state, wrenches, tau);
+    dynamics::open_tree_inverse_dynamics<kinematics::Spatial>(tree, y, dy, ddy, arm.gravity, state, wrenches, tau);
     benchmark::DoNotOptimize(tau);
   }
 }

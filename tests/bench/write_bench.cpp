@@ -25,8 +25,8 @@ const RunResult& long_run() {
   return result;
 }
 
-Provenance provenance() {
-  Provenance description;
+files::Provenance provenance() {
+  files::Provenance description;
   description.title = "3RRR";
   description.version = "bench";
   description.trajectory = "cycloid";
@@ -37,8 +37,8 @@ Provenance provenance() {
 
 void write_hdf5(benchmark::State& bench) {
   const std::string path = scratch("balance-bench.h5");
-  WriteOptions options;
-  options.existing = OverwritePolicy::replace;
+  files::WriteOptions options;
+  options.existing = files::OverwritePolicy::replace;
   const RunResult& result = long_run();  // computed before the clock starts
   for (auto _ : bench) write_result_hdf5(path, result, provenance(), options);
   bench.SetBytesProcessed(static_cast<int64_t>(bench.iterations() * std::filesystem::file_size(path)));
@@ -48,7 +48,7 @@ BENCHMARK(write_hdf5)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void write_plain(benchmark::State& bench) {
   const std::string path = scratch("balance-bench.h5"), plain = scratch("balance-bench.bin");
-  write_result_hdf5(path, long_run(), provenance(), {OverwritePolicy::replace});
+  write_result_hdf5(path, long_run(), provenance(), {files::OverwritePolicy::replace});
   const std::vector<char> bytes(std::filesystem::file_size(path), 1);
   for (auto _ : bench) {
     std::FILE* file = std::fopen(plain.c_str(), "wb");

@@ -53,15 +53,15 @@ void open_chain_yardstick(benchmark::State& bench, const Yardstick& yardstick) {
 
 template <class S, int Joints>
 void open_chain(benchmark::State& bench, const Mechanism& mechanism) {
-  const Tree<S> tree = compile_tree<S>(mechanism, {});
-  TreeState<S> state(tree.nodes.size());
-  std::vector<Wrench<S>> wrenches(tree.nodes.size());
-  const typename S::Vector gravity = to_vector<S>(mechanism.gravity);
+  const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, {});
+  kinematics::TreeState<S> state(tree.nodes.size());
+  std::vector<dynamics::Wrench<S>> wrenches(tree.nodes.size());
+  const typename S::Vector gravity = kinematics::to_vector<S>(mechanism.gravity);
   States<Joints> states;
   for (auto _ : bench) {
     for (long k = 0; k < samples * Joints; k += Joints)
-      open_tree_inverse_dynamics<S>(tree, &states.q[k], &states.dq[k], &states.ddq[k], gravity, state, wrenches,
-                                    &states.torque[k]);
+      dynamics::open_tree_inverse_dynamics<S>(tree, &states.q[k], &states.dq[k], &states.ddq[k], gravity, state,
+                                              wrenches, &states.torque[k]);
     benchmark::DoNotOptimize(states.torque.data());
   }
   count(bench, samples);
@@ -70,15 +70,16 @@ void open_chain(benchmark::State& bench, const Mechanism& mechanism) {
 /// The same in lanes.
 template <class S, int Joints>
 void open_chain_lanes(benchmark::State& bench, const Mechanism& mechanism, InstructionSet set) {
-  const Tree<S> tree = compile_tree<S>(mechanism, {});
-  const typename S::Vector gravity = to_vector<S>(mechanism.gravity);
+  const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, {});
+  const typename S::Vector gravity = kinematics::to_vector<S>(mechanism.gravity);
   States<Joints> states;
-  const InverseDynamicsJob job = {samples, states.q.data(), states.dq.data(), states.ddq.data(), states.torque.data()};
+  const lanes::InverseDynamicsJob job = {samples, states.q.data(), states.dq.data(), states.ddq.data(),
+                                         states.torque.data()};
   for (auto _ : bench) {
-    if constexpr (is_planar<S>)
-      lane_kernels(set).planar_torques(tree, gravity, job);
+    if constexpr (kinematics::is_planar<S>)
+      lanes::lane_kernels(set).planar_torques(tree, gravity, job);
     else
-      lane_kernels(set).spatial_torques(tree, gravity, job);
+      lanes::lane_kernels(set).spatial_torques(tree, gravity, job);
     benchmark::DoNotOptimize(states.torque.data());
   }
   count(bench, samples);
@@ -101,16 +102,17 @@ void three_rrr_yardstick(benchmark::State& bench) {
 void three_rrr_forces(benchmark::State& bench) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
-  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
-  MotionStepper<Planar> stepper(mechanism, tree, plan);
-  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  kinematics::Tree<kinematics::Planar> tree =
+      kinematics::compile_tree<kinematics::Planar>(mechanism, prescribed_coordinates(trajectory));
+  const kinematics::CompiledTrajectory<kinematics::Planar> plan = compile_trajectory(mechanism, tree, trajectory);
+  kinematics::MotionStepper<kinematics::Planar> stepper(mechanism, tree, plan);
+  dynamics::SampleEvaluator<kinematics::Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
   const double step = plan.prescribed_motion->duration() / static_cast<double>(samples - 1);
   for (auto _ : bench) {
     stepper.begin();
     for (long k = 1; k < samples; ++k) {
       if (!stepper.advance(step * static_cast<double>(k))) return bench.SkipWithError(stepper.outcome().reason.c_str());
-      observer.evaluate(stepper, Detail::forces);
+      observer.evaluate(stepper, dynamics::Detail::forces);
       benchmark::DoNotOptimize(observer.sample().shaking_moment);
     }
   }
@@ -121,11 +123,11 @@ void three_rrr_forces(benchmark::State& bench) {
 void three_rrr_groups(benchmark::State& bench, InstructionSet set) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
-  const CompiledMotion<Planar> motion(mechanism, trajectory);
+  const kinematics::CompiledMotion<kinematics::Planar> motion(mechanism, trajectory);
   for (auto _ : bench) {
-    TreeMotionSource<Planar> source(mechanism, motion, trajectory.about, Detail::all);
-    GroupStepper<Planar> leader(source, samples, set);
-    if (!visit_time_grid(leader, samples, [&](const TimeGridPoint&) { return leader.evaluate(); }))
+    dynamics::TreeMotionSource<kinematics::Planar> source(mechanism, motion, trajectory.about, dynamics::Detail::all);
+    simulation::GroupStepper<kinematics::Planar> leader(source, samples, set);
+    if (!visit_time_grid(leader, samples, [&](const trajectory::TimeGridPoint&) { return leader.evaluate(); }))
       return bench.SkipWithError(leader.outcome().reason.c_str());
     benchmark::DoNotOptimize(leader.sample().shaking_moment);
   }
@@ -197,15 +199,15 @@ int main(int argc, char** argv) {
   using namespace balance::bench;
   time("yardstick/planar_rrr",
        [](benchmark::State& s) { open_chain_yardstick<3>(s, PlanarRrrYardstick(planar_rrr())); });
-  time("engine/planar_rrr", [](benchmark::State& s) { open_chain<Planar, 3>(s, planar_rrr()); });
+  time("engine/planar_rrr", [](benchmark::State& s) { open_chain<kinematics::Planar, 3>(s, planar_rrr()); });
   time("yardstick/seven_joint_arm",
        [](benchmark::State& s) { open_chain_yardstick<7>(s, SevenJointYardstick(seven_joint_arm())); });
-  time("engine/seven_joint_arm", [](benchmark::State& s) { open_chain<Spatial, 7>(s, seven_joint_arm()); });
+  time("engine/seven_joint_arm", [](benchmark::State& s) { open_chain<kinematics::Spatial, 7>(s, seven_joint_arm()); });
   for (const InstructionSet set : list_instruction_sets()) {
     time(std::string("lanes/planar_rrr/") + instruction_set_name(set),
-         [set](benchmark::State& s) { open_chain_lanes<Planar, 3>(s, planar_rrr(), set); });
+         [set](benchmark::State& s) { open_chain_lanes<kinematics::Planar, 3>(s, planar_rrr(), set); });
     time(std::string("lanes/seven_joint_arm/") + instruction_set_name(set),
-         [set](benchmark::State& s) { open_chain_lanes<Spatial, 7>(s, seven_joint_arm(), set); });
+         [set](benchmark::State& s) { open_chain_lanes<kinematics::Spatial, 7>(s, seven_joint_arm(), set); });
     time(std::string("lanes/three_rrr/") + instruction_set_name(set),
          [set](benchmark::State& s) { three_rrr_groups(s, set); });
   }

@@ -10,7 +10,7 @@ std::string find_flaw(const balance::certificate::LengthBox& box, double bound,
                       const balance::certificate::BoxCertificate& multipliers,
                       const balance::certificate::LengthGeometry& geometry);
 
-std::string find_flaw(const balance::LengthCertificate& certificate,
+std::string find_flaw(const balance::certificate::LengthCertificate& certificate,
                       const balance::certificate::LengthGeometry& geometry);
 
 /// Why the steps do not prove a bound for all lengths of their geometry; empty if they do.

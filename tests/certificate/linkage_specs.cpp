@@ -24,8 +24,8 @@ std::string replace_text(std::string text, const std::string& before, const std:
 }
 
 bool can_move(const balance::DesignSpace& space, const balance::VectorX& x) {
-  const balance::DesignInstance instance = space.instantiate(x);
-  const std::vector<int> followed = balance::list_followed_trajectories(space);
+  const balance::study::DesignInstance instance = space.instantiate(x);
+  const std::vector<int> followed = balance::certificate::list_followed_trajectories(space);
   return instance.mode_issue.empty() && std::all_of(followed.begin(), followed.end(), [&](int index) {
            const balance::Trajectory& trajectory = instance.trajectories[static_cast<std::size_t>(index)];
            return balance::simulate(instance.mechanism, trajectory).outcome.status == balance::MotionStatus::done;

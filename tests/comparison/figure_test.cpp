@@ -12,6 +12,7 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::comparison;
 
 namespace {
 
@@ -66,7 +67,7 @@ double acceleration(double t) { return 2 * pi * std::sin(2 * pi * t); }
 
 // The interpolant's error is 3/128 h⁴ f⁗ with h = 1/400: 1.5e-10 of an angle (f⁗ = 248), 9e-10 of a rate, 6e-9 of an
 // acceleration.
-constexpr double tolerance = 1e-8;
+constexpr double figure_tolerance = 1e-8;
 
 }  // namespace
 
@@ -74,10 +75,12 @@ TEST_CASE("a value at a time is the motion law's") {
   const Ran ran(link());
   for (const double t : {0., 0.1234, 0.3, 0.777, 1.}) {
     const std::string at = std::to_string(t);
-    CHECK(ran.value("value(joint_position[J], " + at + ")") == doctest::Approx(angle(t)).epsilon(tolerance).scale(1));
-    CHECK(ran.value("value(joint_velocity[J], " + at + ")") == doctest::Approx(rate(t)).epsilon(tolerance).scale(1));
+    CHECK(ran.value("value(joint_position[J], " + at + ")") ==
+          doctest::Approx(angle(t)).epsilon(figure_tolerance).scale(1));
+    CHECK(ran.value("value(joint_velocity[J], " + at + ")") ==
+          doctest::Approx(rate(t)).epsilon(figure_tolerance).scale(1));
     CHECK(ran.value("value(joint_acceleration[J], " + at + ")") ==
-          doctest::Approx(acceleration(t)).epsilon(tolerance).scale(6));
+          doctest::Approx(acceleration(t)).epsilon(figure_tolerance).scale(6));
   }
   CHECK(ran.value("value(joint_position[J], end)") == doctest::Approx(1).epsilon(1e-14));
   CHECK(ran.value("value(joint_position[J], start)") == 0);
@@ -89,12 +92,13 @@ TEST_CASE("a value at a time is the motion law's") {
 TEST_CASE("a value where another quantity has a value, the first and the second time") {
   const Ran ran(link());
   // the rate is 1 at 1/4 and 3/4 of the time, the angle 1/2 in the middle
-  CHECK(ran.value("time(joint_velocity[J] = 1)") == doctest::Approx(0.25).epsilon(tolerance));
-  CHECK(ran.value("time(joint_velocity[J] = 2/2 #2)") == doctest::Approx(0.75).epsilon(tolerance));
-  CHECK(ran.value("value(joint_velocity[J], joint_position[J] = 0.5)") == doctest::Approx(2).epsilon(tolerance));
+  CHECK(ran.value("time(joint_velocity[J] = 1)") == doctest::Approx(0.25).epsilon(figure_tolerance));
+  CHECK(ran.value("time(joint_velocity[J] = 2/2 #2)") == doctest::Approx(0.75).epsilon(figure_tolerance));
+  CHECK(ran.value("value(joint_velocity[J], joint_position[J] = 0.5)") == doctest::Approx(2).epsilon(figure_tolerance));
   CHECK(ran.value("value(joint_acceleration[J], joint_velocity[J] = 1 #2)") ==
-        doctest::Approx(-2 * pi).epsilon(tolerance));
-  CHECK(ran.value("value(joint_position[J], peak(joint_velocity[J]))") == doctest::Approx(0.5).epsilon(tolerance));
+        doctest::Approx(-2 * pi).epsilon(figure_tolerance));
+  CHECK(ran.value("value(joint_position[J], peak(joint_velocity[J]))") ==
+        doctest::Approx(0.5).epsilon(figure_tolerance));
   CHECK(ran.value("time(minimum(joint_acceleration[J]))") == doctest::Approx(0.75).epsilon(1e-5));
   CHECK(ran.reason("value(joint_velocity[J], joint_position[J] = 1.2)") ==
         "joint_position[J] never is 1.2: it is between 0 and 1 rad");

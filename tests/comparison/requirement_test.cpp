@@ -13,7 +13,7 @@ Metric metric(const std::string& quantity, double peak, double rms) {
 }
 
 /// Three runs; `rail-2` has no torque[A2], the first two no cart_force.
-std::vector<MetricTable> runs() {
+std::vector<comparison::MetricTable> runs() {
   return {
       {"original",
        {metric("shaking_force", 800, 400), metric("torque[A1]", 100, 50), metric("torque[A2]", 60, 30)},
@@ -22,14 +22,14 @@ std::vector<MetricTable> runs() {
       {"rail-2", {metric("shaking_force", 720, 410), metric("torque[A1]", 90, 45)}, 8}};
 }
 
-RunNames names() { return {{"original", "bang", "rail-2"}, "original"}; }
+comparison::RunNames names() { return {{"original", "bang", "rail-2"}, "original"}; }
 
-std::vector<RequirementVerdict> judged(const std::string& text) {
+std::vector<comparison::RequirementVerdict> judged(const std::string& text) {
   return judge_each_run(parse_requirement(text, names()), runs());
 }
 
 bool holds(const std::string& text) {
-  const std::vector<RequirementVerdict> verdicts = judged(text);
+  const std::vector<comparison::RequirementVerdict> verdicts = judged(text);
   REQUIRE(verdicts.size() == 1);
   return verdicts.front().holds;
 }
@@ -37,7 +37,7 @@ bool holds(const std::string& text) {
 std::string message(const std::string& text) {
   try {
     check_quantities(parse_requirement(text, names()), list_quantity_names(runs()));
-  } catch (const RequirementError& error) {
+  } catch (const comparison::RequirementError& error) {
     return error.what();
   }
   return "no error";
@@ -50,7 +50,7 @@ bool says(const std::string& text, const std::string& part) {
 }
 
 TEST_CASE("a requirement without names is judged for every run but the base") {
-  const std::vector<RequirementVerdict> verdicts = judged("peak(shaking_force) <= 0.9 * base");
+  const std::vector<comparison::RequirementVerdict> verdicts = judged("peak(shaking_force) <= 0.9 * base");
   REQUIRE(verdicts.size() == 2);
   CHECK(verdicts[0].run == "bang");
   CHECK(verdicts[0].holds);
@@ -95,9 +95,9 @@ TEST_CASE("names with signs in them are names where there is a run of that name"
 }
 
 TEST_CASE("names that are numbers stand in quotes") {
-  const std::vector<MetricTable> tables{{"1", {metric("shaking_force", 7, 1)}, 0},
-                                        {"2", {metric("shaking_force", 9, 1)}, 0}};
-  const RunNames both{{"1", "2"}, "1"};
+  const std::vector<comparison::MetricTable> tables{{"1", {metric("shaking_force", 7, 1)}, 0},
+                                                    {"2", {metric("shaking_force", 9, 1)}, 0}};
+  const comparison::RunNames both{{"1", "2"}, "1"};
   CHECK(judge_each_run(parse_requirement("peak(shaking_force) == 2 * '1' - 5", both), tables).at(0).holds);
   CHECK(judge_each_run(parse_requirement("peak(shaking_force, 2) == 9", both), tables).at(0).holds);
 }
@@ -129,13 +129,13 @@ TEST_CASE("what a run does not have never holds, whatever is made of it") {
   for (const char* text : {"peak(torque[A2], rail-2) < 1e9", "peak(torque[A2], rail-2) >= 0",
                            "min(peak(torque[A2], rail-2), 1) <= 1", "0 * peak(torque[A2], rail-2) == 0"}) {
     INFO(text);
-    const std::vector<RequirementVerdict> verdicts = judged(text);
+    const std::vector<comparison::RequirementVerdict> verdicts = judged(text);
     CHECK_FALSE(verdicts.at(0).holds);
     CHECK(verdicts.at(0).missing == std::vector<std::string>{"rail-2 has no torque[A2]"});
     CHECK(describe_verdict(verdicts.at(0)) == "rail-2 has no torque[A2]");
   }
   CHECK(holds("peak(torque[A2], rail-2) < 1 || energy(rail-2) < 9"));
-  std::vector<MetricTable> broken = runs();
+  std::vector<comparison::MetricTable> broken = runs();
   broken[1].metrics[0].peak = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(judge_each_run(parse_requirement("peak(shaking_force, bang) < 1e9", names()), broken).at(0).holds);
 }
@@ -257,13 +257,13 @@ TEST_CASE("no text breaks the reader") {
 }
 
 TEST_CASE("without a base there is no base") {
-  const RunNames alone{{"original", "bang"}, ""};
-  CHECK_THROWS_AS(parse_requirement("energy() <= base", alone), RequirementError);
+  const comparison::RunNames alone{{"original", "bang"}, ""};
+  CHECK_THROWS_AS(parse_requirement("energy() <= base", alone), comparison::RequirementError);
   CHECK_NOTHROW(parse_requirement("energy() <= 12", alone));
 }
 
 TEST_CASE("the runs that a requirement names are known before there are figures") {
-  const Requirement requirement =
+  const comparison::Requirement requirement =
       parse_requirement("peak(shaking_force) <= min(0.9 * base, energy('rail-2'))", names());
   CHECK(requirement.named_runs() == std::vector<std::string>{"original", "rail-2"});
   CHECK(requirement.applies_to_each_run());

@@ -9,6 +9,7 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::comparison;
 
 namespace {
 

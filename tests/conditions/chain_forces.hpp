@@ -14,6 +14,7 @@
 namespace hand_made {
 
 using namespace balance;
+using namespace balance::conditions;
 
 /// One joint coordinate's motion and how it changes with the independent velocities.
 struct JointMotion {
@@ -27,7 +28,7 @@ class Moving {
  public:
   Moving(const Mechanism& mechanism, std::uint64_t seed)
       : m_(mechanism),
-        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
         sampler_(mechanism, tree_, seed),
         random_(seed),
         state_(tree_.nodes.size()) {}
@@ -63,13 +64,13 @@ class Moving {
 
   /// Forces of a chain whose joints move like these, along the whole mechanism's independent velocities.
   MatrixX chain_forces(const Chain& chain, double moving, const Vector3& gravity) {
-    const Tree<S> tree = compile_tree<S>(chain.mechanism, {});
-    TreeState<S> state(tree.nodes.size());
+    const kinematics::Tree<S> tree = kinematics::compile_tree<S>(chain.mechanism, {});
+    kinematics::TreeState<S> state(tree.nodes.size());
     VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns);
     MatrixX rates(tree.columns, directions_.cols());
     const auto motions = joints();
     for (std::size_t c = 0; c < tree.coordinate_expressions.size(); ++c) {
-      const LinearQuantity& source = tree.coordinate_expressions[c];
+      const kinematics::LinearQuantity& source = tree.coordinate_expressions[c];
       if (!source.has_single_term()) continue;
       const auto& [column, ratio] = source.terms[0];
       const JointMotion& motion = motions.at(chain.mechanism.coordinates[c].name);
@@ -82,19 +83,19 @@ class Moving {
   }
 
  private:
-  static MatrixX torque(const Tree<S>& tree, TreeState<S>& state, const VectorX& y, const VectorX& dy,
-                        const VectorX& ddy, const Vector3& gravity) {
+  static MatrixX torque(const kinematics::Tree<S>& tree, kinematics::TreeState<S>& state, const VectorX& y,
+                        const VectorX& dy, const VectorX& ddy, const Vector3& gravity) {
     compute_poses(tree, y.data(), state);
     compute_angular_velocities(tree, dy.data(), state);
-    compute_accelerations(tree, dy.data(), ddy.data(), typename S::Vector(-to_vector<S>(gravity)), state);
-    return compute_regressor(tree, state).torque;
+    compute_accelerations(tree, dy.data(), ddy.data(), typename S::Vector(-kinematics::to_vector<S>(gravity)), state);
+    return dynamics::compute_regressor(tree, state).torque;
   }
 
   template <class Take>
   void read(const VectorX& dy, const VectorX& ddy, const Take& take) {
     compute_poses(tree_, y_.data(), state_);
     compute_velocities(tree_, dy.data(), state_);
-    compute_accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
+    kinematics::compute_accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
     for (const Coordinate& coordinate : m_.coordinates) {
       const Joint& joint = m_.joints[static_cast<std::size_t>(coordinate.joint)];
       const auto r = compute_joint_motion(joint, relative_motion(tree_, state_, joint));
@@ -107,15 +108,15 @@ class Moving {
   VectorX bias(const VectorX& scale) {
     if (tree_.closure_rows == 0) return VectorX::Zero(tree_.columns);
     compute_velocities(tree_, dy_.data(), state_);
-    compute_accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
+    kinematics::compute_accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
     VectorX demand(tree_.closure_rows), residual;
     double* next = demand.data();
-    for (const Closure<S>& closure : tree_.closures) {
+    for (const kinematics::Closure<S>& closure : tree_.closures) {
       closure_bias(state_, closure, closure_pose(state_, closure), next);
-      for (const ClosureRow& row : closure.rows)
-        *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.characteristic_length : -1;
+      for (const kinematics::ClosureRow& row : closure.rows)
+        *next++ *= row.kind == kinematics::ClosureRow::Kind::along ? -1 / tree_.characteristic_length : -1;
     }
-    ConstraintSystem<S> system(tree_, Drive<S>{});
+    kinematics::ConstraintSystem<S> system(tree_, kinematics::Drive<S>{});
     MatrixX jacobian;
     system.evaluate(y_, {}, residual, jacobian);
     Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
@@ -124,10 +125,10 @@ class Moving {
   }
 
   const Mechanism m_;
-  Tree<S> tree_;
+  kinematics::Tree<S> tree_;
   ConfigurationSampler<S> sampler_;
-  UniformRandom random_;
-  TreeState<S> state_;
+  numerics::UniformRandom random_;
+  kinematics::TreeState<S> state_;
   VectorX y_, dy_, ddy_;
   MatrixX directions_;  ///< columns × freedoms
 };

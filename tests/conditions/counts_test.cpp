@@ -9,13 +9,14 @@
 #include <algorithm>
 
 using namespace balance;
+using namespace balance::conditions;
 
 namespace {
 
 Mechanism load(const std::string& file) { return read_spec_file(std::string(BALANCE_CONFIGS "/") + file).mechanism; }
 
 int rank_of(const std::string& file, const std::string& goal) {
-  const Conditions conditions = derive_conditions(load(file), {find_goal(goal).value()});
+  const Conditions conditions = derive_conditions(load(file), {study::find_goal(goal).value()});
   CHECK(conditions.status == ConditionsStatus::done);
   CHECK(conditions.singular_value_gap > 1e6);
   return conditions.rank;
@@ -119,7 +120,7 @@ TEST_CASE("a goal that speaks of actuators or of the tool needs them") {
 TEST_CASE("loops that cannot be closed have no conditions") {
   Mechanism linkage = load("four-bar.yaml");
   for (Joint& joint : linkage.joints)
-    if (joint.first == ground) joint.point_first *= 100;
+    if (joint.first == model::ground) joint.point_first *= 100;
   CHECK(derive_conditions(linkage, {{GoalKind::force}}).status == ConditionsStatus::not_assembled);
 }
 

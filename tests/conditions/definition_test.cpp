@@ -24,7 +24,7 @@ Mechanism carrier(SpaceKind space) {
 bool holds(SpaceKind space, const std::map<std::string, double>& coefficients) {
   const Mechanism m = carrier(space);
   Conditions c;
-  c.parameters = list_parameters(m);
+  c.parameters = dynamics::list_parameters(m);
   c.matrix = MatrixX::Zero(1, static_cast<Eigen::Index>(c.parameters.size()));
   std::size_t placed = 0;
   for (std::size_t p = 0; p < c.parameters.size(); ++p) {

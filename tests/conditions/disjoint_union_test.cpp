@@ -35,7 +35,8 @@ TEST_CASE("two mechanisms side by side have the freedoms and the force condition
   for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
     if (entry.path().extension() != ".yaml") continue;
     CAPTURE(entry.path().string());
-    const Mechanism one = read_spec_file(entry.path().string()).mechanism, two = disjoint_union({one, renamed(one)});
+    const Mechanism one = read_spec_file(entry.path().string()).mechanism,
+                    two = model::disjoint_union({one, renamed(one)});
     REQUIRE(validate(two).empty());
     Study single_study, double_study;
     single_study.mechanism = one, double_study.mechanism = two;

@@ -41,14 +41,14 @@ inline Eigen::Index find(const Conditions& conditions, const std::string& name) 
 inline Conditions with_matrix(const Mechanism& mechanism, const MatrixX& matrix) {
   Conditions c;
   c.status = ConditionsStatus::done;
-  c.parameters = list_parameters(mechanism, FreeSprings(mechanism.springs.size(), true));
+  c.parameters = dynamics::list_parameters(mechanism, dynamics::FreeSprings(mechanism.springs.size(), true));
   c.matrix = matrix;
   c.rank = static_cast<int>(matrix.rows());
   c.row_scales = VectorX::Ones(matrix.rows());
   return c;
 }
 
-inline Conditions conditions(const Mechanism& mechanism, const std::vector<Terms>& rows) {
+inline Conditions make_conditions(const Mechanism& mechanism, const std::vector<Terms>& rows) {
   Conditions c = with_matrix(mechanism, MatrixX());
   c.matrix = MatrixX::Zero(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(c.parameters.size()));
   for (std::size_t r = 0; r < rows.size(); ++r)

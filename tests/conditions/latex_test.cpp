@@ -3,18 +3,19 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::conditions;
 
 namespace {
 
-Parameter parameter(const std::string& owner, const std::string& symbol) {
-  Parameter p;
+dynamics::Parameter parameter(const std::string& owner, const std::string& symbol) {
+  dynamics::Parameter p;
   p.owner = owner;
   p.symbol = symbol;
   p.name = owner + "." + symbol;
   return p;
 }
 
-Conditions one_condition(std::vector<Parameter> parameters, const std::vector<double>& coefficients) {
+Conditions one_condition(std::vector<dynamics::Parameter> parameters, const std::vector<double>& coefficients) {
   Conditions c;
   c.parameters = std::move(parameters);
   c.matrix = Eigen::Map<const Eigen::RowVectorXd>(coefficients.data(), static_cast<Eigen::Index>(coefficients.size()));
@@ -80,7 +81,7 @@ TEST_CASE("a condition shows fractions, powers and signs") {
 }
 
 TEST_CASE("conditions stand one below the other, long ones on several lines") {
-  std::vector<Parameter> parameters(7, parameter("a", "m"));
+  std::vector<dynamics::Parameter> parameters(7, parameter("a", "m"));
   const std::string text = conditions_latex(one_condition(parameters, std::vector<double>(7, 1)));
   CHECK(text.starts_with("\\begin{align*}\n  & m_{\\text{a}} + m"));
   CHECK(text.ends_with("m_{\\text{a}} = 0\n\\end{align*}\n"));

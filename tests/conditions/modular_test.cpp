@@ -59,7 +59,7 @@ void check_together(const Mechanism& m, std::uint64_t seed) {
   REQUIRE(!split.is_serial);
   Moving<S> moving(m, seed);
   const auto inertial =
-      static_cast<Eigen::Index>(compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
+      static_cast<Eigen::Index>(kinematics::compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
   for (int k = 0; k < 3; ++k) {
     REQUIRE(moving.next());
     const MatrixX whole = moving.forces(1, m.gravity);
@@ -82,13 +82,13 @@ void check_gyroscopic(const Mechanism& m, std::uint64_t seed) {
   REQUIRE(modular.status == ConditionsStatus::done);
   const VectorX units = NaturalUnits(m, modular.parameters).parameter;
   const MatrixX Q = basis(in_natural_units(m, modular));
-  UniformRandom random(seed);
+  numerics::UniformRandom random(seed);
   const VectorX any = random.sample_normal(units.size());
   const VectorX unbalanced = units.cwiseProduct(any), balanced = units.cwiseProduct(any - Q * (Q.transpose() * any));
   CHECK(scaled_residuals(modular, balanced).cwiseAbs().maxCoeff() < 1e-9);
   const ChainSplit split = split_into_chains(m);
   const auto inertial =
-      static_cast<Eigen::Index>(compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
+      static_cast<Eigen::Index>(kinematics::compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
   Moving<S> moving(m, seed);
   for (int k = 0; k < 3; ++k) {
     REQUIRE(moving.next());
@@ -136,12 +136,12 @@ TEST_CASE("the 5R of P0 eq. 95 meets the modular conditions") {
   for (const Goal& goal : {statics, no_velocity}) {
     const Conditions modular = derive_modular_conditions(m, {goal});
     REQUIRE(modular.status == ConditionsStatus::done);
-    CHECK(scaled_residuals(modular, parameter_values(m)).cwiseAbs().maxCoeff() < 1e-12);
+    CHECK(scaled_residuals(modular, dynamics::parameter_values(m)).cwiseAbs().maxCoeff() < 1e-12);
     // And with half as much payload again it does not.
     Mechanism other = m;
     for (Attachment& a : other.attachments)
       if (a.kind == AttachmentKind::payload) a.mass *= 1.5;
-    CHECK(scaled_residuals(modular, parameter_values(other)).cwiseAbs().maxCoeff() > 1e-3);
+    CHECK(scaled_residuals(modular, dynamics::parameter_values(other)).cwiseAbs().maxCoeff() > 1e-3);
   }
 }
 
@@ -162,20 +162,20 @@ TEST_CASE("the shares of a triangular platform are barycentric") {
 }
 
 TEST_CASE("chains and what is left over are together the whole mechanism") {
-  check_together<Planar>(heavy("3rrr.yaml"), 1);
-  check_together<Planar>(config("5r.yaml"), 1);
-  check_together<Planar>(config("geared-five-bar.yaml"), 1);
-  check_together<Spatial>(config("delta.yaml"), 1);
-  check_together<Spatial>(config("stewart.yaml"), 1);
+  check_together<kinematics::Planar>(heavy("3rrr.yaml"), 1);
+  check_together<kinematics::Planar>(config("5r.yaml"), 1);
+  check_together<kinematics::Planar>(config("geared-five-bar.yaml"), 1);
+  check_together<kinematics::Spatial>(config("delta.yaml"), 1);
+  check_together<kinematics::Spatial>(config("stewart.yaml"), 1);
   for (unsigned seed = 1; seed <= 8; ++seed) {
     CAPTURE(seed);
     ParallelMaker flat(SpaceKind::planar, seed), deep(SpaceKind::spatial, seed), sliding(SpaceKind::planar, seed);
     flat.make(3 + static_cast<int>(seed % 2));
-    check_together<Planar>(flat.fitted(), seed);
+    check_together<kinematics::Planar>(flat.fitted(), seed);
     sliding.slide_on_platform(static_cast<int>(seed % 3)).make(3);
-    check_together<Planar>(sliding.fitted(), seed);
+    check_together<kinematics::Planar>(sliding.fitted(), seed);
     deep.make(3 + static_cast<int>(seed % 3));
-    check_together<Spatial>(deep.fitted(), seed);
+    check_together<kinematics::Spatial>(deep.fitted(), seed);
   }
 }
 
@@ -197,16 +197,16 @@ TEST_CASE("statically balanced chains make a statically balanced mechanism (P0 P
 }
 
 TEST_CASE("gyroscopically balanced chains keep no velocity terms in their joints' accelerations (P0 Proposition 2.3)") {
-  check_gyroscopic<Planar>(config("5r.yaml"), 1);
-  check_gyroscopic<Planar>(heavy("3rrr.yaml"), 1);
-  check_gyroscopic<Spatial>(config("delta.yaml"), 1);
+  check_gyroscopic<kinematics::Planar>(config("5r.yaml"), 1);
+  check_gyroscopic<kinematics::Planar>(heavy("3rrr.yaml"), 1);
+  check_gyroscopic<kinematics::Spatial>(config("delta.yaml"), 1);
   for (unsigned seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
     ParallelMaker flat(SpaceKind::planar, seed), deep(SpaceKind::spatial, seed);
     flat.make(3);
-    check_gyroscopic<Planar>(flat.fitted(), seed);
+    check_gyroscopic<kinematics::Planar>(flat.fitted(), seed);
     deep.make(3);
-    check_gyroscopic<Spatial>(deep.fitted(), seed);
+    check_gyroscopic<kinematics::Spatial>(deep.fitted(), seed);
   }
 }
 
@@ -240,7 +240,7 @@ TEST_CASE("a mechanism that does not fall apart at one body is not split") {
     joint.first = first, joint.second = second;
     m.joints.push_back(joint);
   };
-  join(ground, 1), join(ground, 2), join(1, 3), join(3, 2), join(1, 4), join(4, 2);
+  join(model::ground, 1), join(model::ground, 2), join(1, 3), join(3, 2), join(1, 4), join(4, 2);
   m.coordinates = list_coordinates(m.space, m.joints);
   const Conditions modular = derive_modular_conditions(m, {statics});
   CHECK(modular.status == ConditionsStatus::mismatch);

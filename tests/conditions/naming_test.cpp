@@ -7,11 +7,12 @@
 namespace naming_test {
 
 using namespace balance;
+using namespace balance::conditions;
 
 namespace {
 
-Parameter parameter(const std::string& owner, const std::string& symbol) {
-  Parameter p;
+dynamics::Parameter parameter(const std::string& owner, const std::string& symbol) {
+  dynamics::Parameter p;
   p.owner = owner;
   p.symbol = symbol;
   p.name = owner + "." + symbol;

@@ -23,7 +23,7 @@ class ParallelMaker {
       const Vector3 foot = 2 * place(1), knee = 2 * place(1), hip = place(0.7);
       hips_.push_back(hip);
       at_[static_cast<std::size_t>(lower)] = foot, at_[static_cast<std::size_t>(upper)] = knee;
-      join(planar_ ? JointType::revolute : JointType::universal, ground, lower, foot);
+      join(planar_ ? JointType::revolute : JointType::universal, model::ground, lower, foot);
       join(JointType::revolute, lower, upper, knee);
     }
     platform_ = add_body("platform");
@@ -51,7 +51,7 @@ class ParallelMaker {
     attach("cargo", platform_), attach("weight", 1), attach("other weight", 2);
     // Legs' discs that follow joints of their own leg and of another, one on the platform, one on a lower link.
     add_disc("own", 1, 1), add_disc("across", 2, 3), add_disc("top", platform_, 0);
-    m_.springs.push_back({"s1", ground, 1, place(1), place(1), 30, 0});
+    m_.springs.push_back({"s1", model::ground, 1, place(1), place(1), 30, 0});
     m_.springs.push_back({"s2", 1, 2, place(1), place(1), 20, 0});
     m_.springs.push_back({"s3", 2, platform_, place(1), place(1), 10, 0});
     return m_;

@@ -14,6 +14,8 @@
 namespace sufficient_test {
 
 using namespace balance;
+using namespace balance::conditions;
+using namespace balance::dynamics;
 
 namespace {
 
@@ -94,7 +96,7 @@ double shaken(const Mechanism& mechanism, std::vector<Trajectory> trajectories, 
 
 void check_sufficient_and_necessary(const std::string& file, GoalKind goal) {
   CAPTURE(file);
-  CAPTURE(goal_name({goal}));
+  CAPTURE(study::goal_name({goal}));
   const Study study = load(file);
   const Conditions conditions = derive_conditions(study.mechanism, {{goal}});
   REQUIRE(conditions.status == ConditionsStatus::done);

@@ -37,7 +37,7 @@ inline Study arm(const std::string& controllers = "", const std::string& gravity
 
 inline Study five_bar() { return read_spec_file(std::string(BALANCE_CONFIGS) + "/5r-balanced.yaml"); }
 
-inline Trajectory trajectory(const Study& study, const std::string& name, long samples = 0) {
+inline Trajectory make_trajectory(const Study& study, const std::string& name, long samples = 0) {
   for (Trajectory t : study.trajectories)
     if (t.name == name) {
       if (samples > 0) t.samples = samples;
@@ -54,7 +54,7 @@ inline Controller controller(const Study& study, const std::string& name) {
   return {};
 }
 
-inline Controller controller(ControllerType type, double rate) {
+inline Controller controller(study::ControllerType type, double rate) {
   Controller c;
   c.name = controller_type_name(type);
   c.type = type;
@@ -66,7 +66,8 @@ inline VectorX all(long count, double value) { return VectorX::Constant(count, v
 
 inline RunResult run(const Study& study, const std::string& name, const Controller& c, long samples = 0,
                      double settle = 0) {
-  RunResult result = simulate_closed_loop(study.mechanism, trajectory(study, name, samples), c, {.hold_time = settle});
+  RunResult result =
+      simulate_closed_loop(study.mechanism, make_trajectory(study, name, samples), c, {.hold_time = settle});
   CHECK_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   return result;
 }

@@ -98,7 +98,7 @@ Study loops(const std::vector<Loop>& all, Kind kind, const std::string& more = "
 /// Let go at its trajectory's start, or led from there.
 RunResult coast(const Study& study, double duration = 1, const std::string& controller = "") {
   Controller chosen;
-  chosen.type = ControllerType::none;
+  chosen.type = study::ControllerType::none;
   for (const Controller& one : study.controllers)
     if (one.name == controller) chosen = one;
   return simulate_closed_loop(study.mechanism, study.trajectories.at(0), chosen, {.hold_time = duration - 1});

@@ -51,7 +51,7 @@ controllers:
 )";
 
 Controller built_in(const std::string& name) {
-  for (Controller controller : built_in_controllers())
+  for (Controller controller : study::built_in_controllers())
     if (controller.name == name) return controller;
   FAIL("no controller " << name);
   return {};

@@ -154,7 +154,7 @@ TEST_CASE("a double pendulum without weight turns about its pivot with constant 
   Plant plant = started(mechanism, values({0.3, 1.2}), values({2, -5}));
   const VectorX none = nothing(mechanism);
   const auto momentum = [&] {
-    const EquationOfMotion equation = plant.equation();
+    const dynamics::EquationOfMotion equation = plant.equation();
     return (equation.mass * plant.velocity())[0];
   };
   const double start = momentum();

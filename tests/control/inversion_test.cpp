@@ -19,7 +19,7 @@ Trajectory through_random_state(const Study& study, const Known& start, std::mt1
   trajectory.from = trajectory.to = {};
   trajectory.samples = 2;
   const double length = characteristic_length(study.mechanism);
-  TablePath table;
+  trajectory::TablePath table;
   table.time = {0, 1e-3, 2e-3, 3e-3};
   table.values.resize(4);
   for (const int c : study.mechanism.actuators) {
@@ -73,9 +73,15 @@ Mechanism burdened(Mechanism mechanism, std::mt19937& random) {
   const int turned = mechanism.actuators.back();
   mechanism.springs.push_back({.name = "t", .stiffness = 5 * mass, .preload = 2 * mass, .coordinate = turned});
   const Vector3 moment = mechanism.space == SpaceKind::planar ? Vector3(0, 0, 1) : Vector3(0.3, -0.5, 1);
-  mechanism.loads.push_back({"b", last, anywhere(), Frame::body, {}, {10 * mass * anywhere() / length}, {moment}});
   mechanism.loads.push_back(
-      {"w", 1, anywhere(), Frame::world, {0, 1}, {mass * anywhere() / length, Vector3::Zero()}, {moment, -moment}});
+      {"b", last, anywhere(), model::Frame::body, {}, {10 * mass * anywhere() / length}, {moment}});
+  mechanism.loads.push_back({"w",
+                             1,
+                             anywhere(),
+                             model::Frame::world,
+                             {0, 1},
+                             {mass * anywhere() / length, Vector3::Zero()},
+                             {moment, -moment}});
   for (const int c : mechanism.actuators)
     mechanism.friction.push_back(
         {.coordinate = c, .viscous = 0.1 * mass, .coulomb = 0.2 * mass, .coulomb_backward = 0.3 * mass});
@@ -103,7 +109,7 @@ TEST_CASE("forward dynamics gives back the accelerations whose efforts inverse d
       if (!clear_of_friction_width(study.mechanism, state.dq)) continue;
       ++tried;
       CAPTURE(k);
-      ForwardDynamics forward(study.mechanism);
+      dynamics::ForwardDynamics forward(study.mechanism);
       const MotionOutcome outcome = forward.set_state(state.time, state.q, state.dq);
       REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
       CHECK(forward.freedoms() <= static_cast<int>(study.mechanism.actuators.size()));

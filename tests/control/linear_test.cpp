@@ -22,7 +22,7 @@ TEST_CASE(
       for (const double rate : {2000.0, 4000.0}) {
         const auto& motors = study->mechanism.actuators;
         const long count = static_cast<long>(motors.size());
-        Controller c = controller(ControllerType::computed_torque, rate);
+        Controller c = controller(study::ControllerType::computed_torque, rate);
         c.kp = all(count, omega * omega);
         c.kd = all(count, 2 * zeta * omega);
         c.initial_error.joints = {{motors[0], -e0}};
@@ -43,7 +43,7 @@ TEST_CASE("PD with weight compensated leaves at rest what the unknown payload we
   const double kp = 300;
   for (const bool known : {true, false}) {
     Study study = arm();
-    Controller c = controller(ControllerType::pd, 1000);
+    Controller c = controller(study::ControllerType::pd, 1000);
     c.kp = all(1, kp);
     c.kd = all(1, 60);
     if (!known) {
@@ -62,10 +62,10 @@ TEST_CASE("PD with weight compensated leaves at rest what the unknown payload we
 }
 
 TEST_CASE("PD without compensation carries the whole weight on its spring") {
-  Controller c = controller(ControllerType::pd, 1000);
+  Controller c = controller(study::ControllerType::pd, 1000);
   c.kp = all(1, 300);
   c.kd = all(1, 60);
-  c.gravity = GravityCompensation::ignored;
+  c.gravity = study::GravityCompensation::ignored;
   const RunResult r = run(arm(), "cycloid", c, 101, 3);
   double q = 1.2;
   for (int i = 0; i < 200; ++i) q = 1.2 - (own_moment + cargo_moment) * g * std::cos(q) / 300;
@@ -74,7 +74,7 @@ TEST_CASE("PD without compensation carries the whole weight on its spring") {
 
 TEST_CASE("gains from a bandwidth: PD treats each motor as the inertia that it feels at the start") {
   const Study study = arm("", "0");
-  Controller given = controller(ControllerType::pd, 1000), derived = given;
+  Controller given = controller(study::ControllerType::pd, 1000), derived = given;
   derived.bandwidth = 2;
   derived.damping = 0.7;
   const double omega = derived.natural_frequency();
@@ -86,12 +86,12 @@ TEST_CASE("gains from a bandwidth: PD treats each motor as the inertia that it f
 
 TEST_CASE("an unknown payload moves computed torque off by what it weighs, sliding mode hardly at all") {
   Study study = arm();
-  Controller torque = controller(ControllerType::computed_torque, 2000), sliding = torque;
+  Controller torque = controller(study::ControllerType::computed_torque, 2000), sliding = torque;
   torque.kp = all(1, 400);
   torque.kd = all(1, 40);
   torque.model = study.mechanism;
   torque.model->attachments.clear();
-  sliding.type = ControllerType::sliding_mode;
+  sliding.type = study::ControllerType::sliding_mode;
   sliding.model = torque.model;
   sliding.lambda = all(1, 20);
   // The payload's weight and inertia force over the model's inertia are below 12 + 3 rad/s².
@@ -105,7 +105,7 @@ TEST_CASE("an unknown payload moves computed torque off by what it weighs, slidi
 
 TEST_CASE("open loop: stated torques act as stated, held between samples; their variation is known") {
   const Study study = arm("", "0");
-  Controller c = controller(ControllerType::open_loop, 100);
+  Controller c = controller(study::ControllerType::open_loop, 100);
   c.efforts = {{0, 0.5, 1}, {all(1, 0), all(1, 2), all(1, 0)}};
   c.efforts.is_held = true;
   const RunResult r = run(study, "rest", c, 501);
@@ -120,7 +120,7 @@ TEST_CASE(
   const Study study = arm("", "0");  // with weight, an upright arm in open loop would fall
   double before = 0;
   for (const double rate : {500.0, 1000.0}) {
-    const RunResult r = run(study, "cycloid", controller(ControllerType::open_loop, rate), 101);
+    const RunResult r = run(study, "cycloid", controller(study::ControllerType::open_loop, rate), 101);
     const double worst = metric(r, "tracking_error").peak;
     CHECK(worst < 4 / rate);
     if (before > 0) CHECK(before / worst == doctest::Approx(2).epsilon(0.1));
@@ -130,10 +130,10 @@ TEST_CASE(
 
 TEST_CASE("none and zero gains are free motion: the pendulum's energy stays, and both are the same motion") {
   const Study study = arm();
-  const RunResult free = run(study, "rest", controller(ControllerType::none, 1000), 201);
-  Controller zero = controller(ControllerType::pd, 1000);
+  const RunResult free = run(study, "rest", controller(study::ControllerType::none, 1000), 201);
+  Controller zero = controller(study::ControllerType::pd, 1000);
   zero.kp = zero.kd = all(1, 0);
-  zero.gravity = GravityCompensation::ignored;
+  zero.gravity = study::GravityCompensation::ignored;
   const RunResult idle = run(study, "rest", zero, 201);
   CHECK(free.torque.cwiseAbs().maxCoeff() == 0);
   CHECK(free.energy == 0);

@@ -12,11 +12,11 @@ using namespace arms;
 
 namespace {
 
-using Interpolation = EffortTable::Interpolation;
+using Interpolation = study::EffortTable::Interpolation;
 
 Controller stated(const std::vector<double>& time, const std::vector<double>& effort,
                   Interpolation interpolation = Interpolation::linear) {
-  Controller c = controller(ControllerType::open_loop, 1000);
+  Controller c = controller(study::ControllerType::open_loop, 1000);
   c.efforts.time = time;
   for (const double u : effort) c.efforts.effort.push_back(all(1, u));
   c.efforts.interpolation = interpolation;
@@ -87,7 +87,7 @@ TEST_CASE("torques that are held come to those that are not in proportion to the
 TEST_CASE("limits cut stated torques where they cross them, and changes are counted between the turns") {
   Controller c = stated({0, 0.5, 1}, {0, 2, -2});
   c.torque_limit = all(1, 1);
-  const EffortProfile course(c.efforts, c.torque_limit);
+  const control::EffortProfile course(c.efforts, c.torque_limit);
   for (const double crossing : {0.25, 0.625, 0.875}) {
     CHECK(std::any_of(course.knots().begin(), course.knots().end(),
                       [&](double knot) { return std::abs(knot - crossing) < 1e-15; }));
@@ -109,9 +109,9 @@ TEST_CASE("limits cut stated torques where they cross them, and changes are coun
 
 TEST_CASE("a spline through a cubic's values is that cubic") {
   const auto cubic = [](double t) { return 3 - 2 * t + 4 * t * t - 5 * t * t * t; };
-  EffortTable table{{0, 0.2, 0.3, 0.7, 1}, {}, Interpolation::spline};
+  study::EffortTable table{{0, 0.2, 0.3, 0.7, 1}, {}, Interpolation::spline};
   for (const double t : table.time) table.effort.push_back(all(1, cubic(t)));
-  const EffortProfile course(table, {});
+  const control::EffortProfile course(table, {});
   for (int k = 0; k <= 20; ++k) CHECK(course.evaluate(0.05 * k)[0] == doctest::Approx(cubic(0.05 * k)).epsilon(1e-13));
 }
 

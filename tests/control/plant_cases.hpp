@@ -17,6 +17,7 @@
 namespace plants {
 
 using namespace balance;
+using namespace balance::control;
 
 inline Study config(const std::string& file) { return read_spec_file(std::string(BALANCE_CONFIGS "/") + file); }
 

@@ -36,7 +36,7 @@ void check_sliding(const RunResult& r, const Controller& c, Eigen::Index column,
 }  // namespace
 
 TEST_CASE("P0 eq. 44, 49: a one-joint arm reaches its sliding surface at |s0|/k, then its error decays with 1/lambda") {
-  Controller c = controller(ControllerType::sliding_mode, 10'000);
+  Controller c = controller(study::ControllerType::sliding_mode, 10'000);
   c.lambda = all(1, 10);
   c.switching_gain = all(1, 5);
   const Study study = arm();
@@ -51,7 +51,7 @@ TEST_CASE("P0 eq. 44, 49: a one-joint arm reaches its sliding surface at |s0|/k,
 TEST_CASE(
     "P0 eq. 44, 49 on the 5R: each actuated coordinate reaches its surface at its own |s0|/k and decays with its own "
     "1/lambda") {
-  Controller c = controller(ControllerType::sliding_mode, 10'000);
+  Controller c = controller(study::ControllerType::sliding_mode, 10'000);
   c.lambda = (VectorX(2) << 25, 40).finished();
   c.switching_gain = (VectorX(2) << 15, 20).finished();
   const Study study = five_bar();
@@ -68,7 +68,7 @@ TEST_CASE(
 TEST_CASE("with the sign the torque jumps by 2 I k at every sample; a boundary layer leaves nothing of that") {
   // At rest and without weight: on the surface u = −I k sign s + small, alternately.
   const Study study = arm("", "0");
-  Controller c = controller(ControllerType::sliding_mode, 1000);
+  Controller c = controller(study::ControllerType::sliding_mode, 1000);
   c.lambda = all(1, 10);
   c.switching_gain = all(1, 4);
   c.initial_error.joints = {{0, 1e-4}};
@@ -86,8 +86,9 @@ TEST_CASE(
     "the extended law reaches the surface of the 5R in its redundant coordinates and stays, with either projection") {
   const Study study = five_bar();
   const auto& motors = study.mechanism.actuators;
-  for (const AccelerationProjection projection : {AccelerationProjection::inertia, AccelerationProjection::identity}) {
-    Controller c = controller(ControllerType::extended_sliding_mode, 10'000);
+  for (const study::AccelerationProjection projection :
+       {study::AccelerationProjection::inertia, study::AccelerationProjection::identity}) {
+    Controller c = controller(study::ControllerType::extended_sliding_mode, 10'000);
     c.lambda = all(1, 30);
     c.switching_gain = all(1, 30);
     c.projection = projection;
@@ -97,7 +98,7 @@ TEST_CASE(
     const double start = r.sliding_variable.row(0).norm();
     CHECK(start > 0.5);
     // docs/control.md, step 3: the identity's norm of s falls at k at least, up to what the loops' curvature leaves.
-    const double reached = start / 30 * (projection == AccelerationProjection::identity ? 1.1 : 3);
+    const double reached = start / 30 * (projection == study::AccelerationProjection::identity ? 1.1 : 3);
     const long on = row(r, reached);
     REQUIRE(reached < 0.3);
     for (long i = on + 1; i < r.time.size(); ++i) CHECK(r.sliding_variable.row(i).norm() < 0.1 * start);
@@ -110,17 +111,18 @@ TEST_CASE(
 
 TEST_CASE("the extended law of a serial arm is the plain one: there is nothing to project on") {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/rr.yaml");
-  Controller plain = controller(ControllerType::sliding_mode, 2000), extended = plain;
+  Controller plain = controller(study::ControllerType::sliding_mode, 2000), extended = plain;
   const long motors = static_cast<long>(study.mechanism.actuators.size());
   plain.lambda = all(motors, 20);
   plain.switching_gain = all(motors, 10);
-  extended.type = ControllerType::extended_sliding_mode;
+  extended.type = study::ControllerType::extended_sliding_mode;
   extended.lambda = all(1, 20);
   extended.switching_gain = all(1, 10);
   plain.initial_error.joints = extended.initial_error.joints = {{study.mechanism.actuators[0], 0.02}};
   plain.boundary_layer = all(motors, 0.2);
   extended.boundary_layer = all(1, 0.2);
-  for (const AccelerationProjection projection : {AccelerationProjection::inertia, AccelerationProjection::identity}) {
+  for (const study::AccelerationProjection projection :
+       {study::AccelerationProjection::inertia, study::AccelerationProjection::identity}) {
     extended.projection = projection;
     const RunResult a = run(study, "cycloid", plain, 51), b = run(study, "cycloid", extended, 51);
     CHECK((a.joint_position - b.joint_position).cwiseAbs().maxCoeff() < 1e-7);

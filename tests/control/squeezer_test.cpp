@@ -45,7 +45,7 @@ Known rest(const Mechanism& mechanism) {
 TEST_CASE("the squeezing mechanism starts with the published accelerations") {
   const Mechanism mechanism = config("squeezer.yaml").mechanism;
   const Known state = rest(mechanism);
-  ForwardDynamics forward(mechanism);
+  dynamics::ForwardDynamics forward(mechanism);
   REQUIRE(forward.set_state(0, state.q, state.dq).status == MotionStatus::done);
   CHECK(forward.freedoms() == 1);
   CHECK((forward.position() - state.q).head(7).cwiseAbs().maxCoeff() < 1e-14);  // the published angles close the loops

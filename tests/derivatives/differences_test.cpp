@@ -16,6 +16,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::derivatives;
 
 namespace {
 
@@ -96,7 +97,7 @@ void check_figures(const std::string& name, const FigureGradients& figures, std:
 /// thousandths, so that both are below 1e-7 of the quantity unless the mechanism is near a singularity.
 void check_run(const std::string& name, const Mechanism& mechanism, const Trajectory& trajectory,
                std::mt19937& random) {
-  const std::vector<gradients::Number> numbers = gradients::some_numbers(mechanism, dual_width, random);
+  const std::vector<gradients::Number> numbers = gradients::some_numbers(mechanism, numerics::dual_width, random);
   MechanismOf<DualNumber> duals = to_dual(mechanism);
   for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k].in_duals(duals).d[k] += 1;
   const RunGradient gradient = differentiate_run(duals, to_dual(trajectory));

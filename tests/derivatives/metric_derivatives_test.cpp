@@ -32,7 +32,7 @@ std::string text_of(const std::string& file) {
 
 /// The same with few samples, but so many that no places between them are needed.
 DesignSpace coarse(DesignSpace space) {
-  const auto recording = std::make_shared<Recording>(*space.recording);
+  const auto recording = std::make_shared<study::Recording>(*space.recording);
   for (auto& trajectory : recording->trajectories) trajectory.samples = 41;
   for (Trajectory& trajectory : space.start.trajectories) trajectory.samples = 41;
   space.recording = recording;
@@ -67,7 +67,7 @@ Differences moved(const DesignSpace& space, const VectorX& x, std::size_t trajec
   for (const double place : {-2., -1., 1., 2.}) {
     VectorX there = x;
     there[number] += place * out.h;
-    const DesignInstance trial = space.instantiate(there);
+    const study::DesignInstance trial = space.instantiate(there);
     out.runs.push_back(simulate(trial.mechanism, trial.trajectories[trajectory]));
     out.done = out.done && out.runs.back().outcome.status == MotionStatus::done;
   }
@@ -76,7 +76,7 @@ Differences moved(const DesignSpace& space, const VectorX& x, std::size_t trajec
 
 /// Steps are a five-thousandth of a number's range: what fourth order leaves is below 1e-6 of a derivative, unless it has a kink there (a magnitude
 /// that vanishes, another member that becomes the worst).
-int compare(const std::string& name, const QuantityGradients& found, std::size_t q, Eigen::Index number,
+int compare(const std::string& name, const design::QuantityGradients& found, std::size_t q, Eigen::Index number,
             const Differences& near, bool jumps) {
   const auto metric = [q](const RunResult& run) -> const Metric& { return run.metrics[q]; };
   const double round_off = 1e4 * metric(near.runs[0]).round_off / near.h;
@@ -111,10 +111,11 @@ bool kink_of_energy(const Differences& near) {
 }
 
 int compare_all(const std::string& name, const DesignSpace& space, const VectorX& x, std::size_t trajectory) {
-  const SpecFigureGradients slopes = compute_figure_gradients(space, x, space.start.trajectories[trajectory].name);
+  const design::SpecFigureGradients slopes =
+      design::compute_figure_gradients(space, x, space.start.trajectories[trajectory].name);
   if (slopes.outcome.status != MotionStatus::done) return 0;
   // on both sides of a jump the same peak is often felt
-  const bool jumps = !balance::find_acceleration_jumps(space.start.trajectories[trajectory].law).empty();
+  const bool jumps = !balance::trajectory::find_acceleration_jumps(space.start.trajectories[trajectory].law).empty();
   int compared = 0;
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const Differences near = moved(space, x, trajectory, i);
@@ -175,6 +176,6 @@ TEST_CASE("lengths, expressions over them and numbers of the motion have derivat
 TEST_CASE("what cannot be differentiated is refused or says why") {
   const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/starters/four-bar.yaml");
   const VectorX x = space.start_values();
-  CHECK_THROWS_AS(compute_figure_gradients(space, x, "elsewhere"), std::invalid_argument);
-  CHECK_THROWS_AS(compute_figure_gradients(space, VectorX::Zero(2), "cycloid"), std::invalid_argument);
+  CHECK_THROWS_AS(design::compute_figure_gradients(space, x, "elsewhere"), std::invalid_argument);
+  CHECK_THROWS_AS(design::compute_figure_gradients(space, VectorX::Zero(2), "cycloid"), std::invalid_argument);
 }

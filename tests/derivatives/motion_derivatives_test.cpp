@@ -16,6 +16,7 @@
 namespace motion_derivatives_test {
 
 using namespace balance;
+using namespace balance::design;
 
 namespace {
 
@@ -45,7 +46,7 @@ double difference(const DesignSpace& space, const VectorX& x, Eigen::Index numbe
   const auto at = [&](double place) {
     VectorX there = x;
     there[number] += place * h;
-    const DesignInstance trial = space.instantiate(there);
+    const study::DesignInstance trial = space.instantiate(there);
     const RunResult run = simulate(trial.mechanism, trial.trajectories.front());
     REQUIRE(run.outcome.status == MotionStatus::done);
     return read(run);
@@ -137,7 +138,7 @@ TEST_CASE("duration and torque against each other: in the plane without weight t
   const std::string trajectory = "  t: {law: cycloidal, drive: tool, samples: 401, duration: {free: [0.05, 0.5]}}\n";
   const DesignSpace space =
       with_trajectories("3rrr.yaml", trajectory, "[{peak: torque, along: t}, {of: duration, along: t, weight: 2000}]");
-  DesignInstance trial = space.instantiate(VectorX::Constant(1, 0.1));
+  study::DesignInstance trial = space.instantiate(VectorX::Constant(1, 0.1));
   const double a = metric_of(simulate(trial.mechanism, trial.trajectories.front()), "torque").peak * 0.01;
   // and the work done on the motors and by them does, too
   const SpecFigureGradients slopes = compute_figure_gradients(space, VectorX::Constant(1, 0.1), "t");
@@ -156,7 +157,7 @@ TEST_CASE("the masses with which the fastest law is quickest: no other masses ne
   const DesignReport report = run_design_study(space, options);
   REQUIRE(report.outcome.status == DesignStatus::no_goal);
   const auto min_duration = [&](const VectorX& x) {
-    const DesignInstance trial = space.instantiate(x);
+    const study::DesignInstance trial = space.instantiate(x);
     const RunResult run = simulate(trial.mechanism, trial.trajectories.front());
     return run.outcome.status == MotionStatus::done ? run.outcome.time : INFINITY;
   };

@@ -5,6 +5,7 @@
 namespace gradients {
 
 using namespace balance;
+using namespace balance::derivatives;
 
 namespace {
 

@@ -14,7 +14,7 @@ struct Number {
   std::string name;
   double scale;  ///< its size, or the mechanism's length where it may be zero
   std::function<double&(balance::Mechanism&)> in;
-  std::function<balance::DualNumber&(balance::MechanismOf<balance::DualNumber>&)> in_duals;
+  std::function<balance::derivatives::DualNumber&(balance::MechanismOf<balance::derivatives::DualNumber>&)> in_duals;
 };
 
 /// At most so many of masses, places of masses and joints, inertias, attachments, discs' and couplings' ratios, springs, friction,

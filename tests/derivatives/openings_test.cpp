@@ -14,6 +14,7 @@
 namespace openings_test {
 
 using namespace balance;
+using namespace balance::derivatives;
 
 namespace {
 
@@ -29,7 +30,7 @@ TEST_CASE("a number opens a joint if, and only if, the mechanism cannot be assem
     Trajectory trajectory = study.trajectories.at(0);
     trajectory.samples = 5;
     for (int round = 0; round < 4; ++round) {
-      const auto numbers = gradients::some_numbers(study.mechanism, dual_width, random);
+      const auto numbers = gradients::some_numbers(study.mechanism, numerics::dual_width, random);
       MechanismOf<DualNumber> duals = to_dual(study.mechanism);
       for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k].in_duals(duals).d[k] += 1;
       const RunGradient gradient = differentiate_run(duals, to_dual(trajectory), {"torque"});

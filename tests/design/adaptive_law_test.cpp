@@ -142,7 +142,7 @@ TEST_CASE("the 5R's law passes through the lightest balance of its spec") {
                               "design: {goal: static, minimize: added-mass, for: {cargo.mass: [0, 0.6, 1.2]}, "
                               "adapt: [cw21, cw22]}");
   const DesignReport report = find_design(read(text));
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
   // its head has 2.625, 0, 8.872, 3.045 kg for 0.6 kg; leg 1 carries no more, whatever the load
   const double published[] = {2.625, 0, 8.872, 3.045};
   for (Eigen::Index i = 0; i < 4; ++i) CHECK(report.outcome.x[i] == doctest::Approx(published[i]).epsilon(1e-7));

@@ -54,7 +54,7 @@ TEST_CASE("where the nearest solution leaves the bounds the nearest one within t
 
 TEST_CASE("of two counterweights the one with the longer arm is used where the added mass is to be small") {
   DesignProblem design = balanced_link();
-  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), dynamics::ParameterOwner::attachment, "m");
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[0] == 0);
@@ -69,7 +69,8 @@ TEST_CASE("of two counterweights the one with the longer arm is used where the a
 
 TEST_CASE("the least sum of squares among exact solutions is found and proved") {
   DesignProblem design = balanced_link();
-  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  design.objective =
+      sum_of(design.model->build_mechanism(VectorX::Zero(2)), dynamics::ParameterOwner::attachment, "m", true);
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the point of the line that is nearest to the origin
@@ -86,7 +87,7 @@ TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
   Objective peak;
   peak.name = "peak";
   peak.is_convex = true;
-  const auto parameters = list_parameters(design.model->build_mechanism(VectorX::Zero(2)));
+  const auto parameters = dynamics::list_parameters(design.model->build_mechanism(VectorX::Zero(2)));
   Eigen::Index first = 0, second = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     if (parameters[p].name == "a.m") first = static_cast<Eigen::Index>(p);
@@ -134,7 +135,7 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
         return m;
       },
       GoalKind::statics);
-  CHECK(find_loose_springs(design) == FreeSprings{true});
+  CHECK(find_loose_springs(design) == dynamics::FreeSprings{true});
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.method == DesignMethod::affine);
@@ -145,7 +146,8 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
 
 TEST_CASE("the same problem has the same solution to the last bit") {
   DesignProblem design = balanced_link();
-  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  design.objective =
+      sum_of(design.model->build_mechanism(VectorX::Zero(2)), dynamics::ParameterOwner::attachment, "m", true);
   const DesignOutcome first = solve_design(design), second = solve_design(design);
   CHECK(first.x == second.x);
   CHECK(first.lower_bound == second.lower_bound);

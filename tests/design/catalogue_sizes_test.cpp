@@ -71,16 +71,18 @@ TEST_CASE("sizes leave as little of the conditions as any combination of them") 
       const DesignReport report = find_design(space);
       REQUIRE(report.outcome.status == DesignStatus::infeasible);
       CHECK(report.outcome.is_proved_infeasible);
-      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+      CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
       CHECK(is_a_size(space, report.outcome.x));
-      const auto conditions = derive_conditions(space.start.mechanism, space.start.design.goals);
+      const auto conditions = balance::derive_conditions(space.start.mechanism, space.start.design.goals);
       double min_value = 1e9;
       for_all(space, [&](const VectorX& x) {
-        min_value =
-            std::min(min_value, scaled_residuals(conditions, term_values(space.instantiate(x).mechanism)).norm());
+        min_value = std::min(
+            min_value,
+            scaled_residuals(conditions, balance::conditions::term_values(space.instantiate(x).mechanism)).norm());
       });
       const double found =
-          scaled_residuals(conditions, term_values(space.instantiate(report.outcome.x).mechanism)).norm();
+          scaled_residuals(conditions, balance::conditions::term_values(space.instantiate(report.outcome.x).mechanism))
+              .norm();
       CHECK(found == doctest::Approx(min_value).epsilon(1e-9));
     }
 }
@@ -92,14 +94,16 @@ TEST_CASE("sizes have the least figure of all combinations, and the bound says s
     const DesignSpace space =
         read(replaced(chain(random, 3, false), "goal: static", fmt::format("minimize: {}", figure)));
     const DesignReport report = find_design(space);
-    const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
+    const balance::design::Objective objective =
+        balance::design::build_objective(space, space.start.design.minimize, space.start_values(), {});
     double min_value = 1e9;
     for_all(space, [&](const VectorX& x) {
-      min_value =
-          std::min(min_value, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
+      min_value = std::min(
+          min_value,
+          objective.function->evaluate(balance::dynamics::parameter_values(space.instantiate(x).mechanism), nullptr));
     });
     CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
-    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
     CHECK(report.outcome.lower_bound <= report.outcome.objective);
     CHECK(report.outcome.lower_bound == doctest::Approx(min_value).epsilon(1e-5));
   }
@@ -110,9 +114,10 @@ TEST_CASE("sizes within limits have the least figure of all combinations that ke
   for (int seed = 0; seed < 3; ++seed) {
     const std::string text = chain(random, 3, false);
     const DesignSpace peaks = read(replaced(text, "goal: static", "minimize: {peak: torque, along: cycloid}"));
-    const balance::Objective peak = build_objective(peaks, peaks.start.design.minimize, peaks.start_values(), {});
+    const balance::design::Objective peak =
+        balance::design::build_objective(peaks, peaks.start.design.minimize, peaks.start_values(), {});
     const auto peak_at = [&](const VectorX& x) {
-      return peak.function->evaluate(parameter_values(peaks.instantiate(x).mechanism), nullptr);
+      return peak.function->evaluate(balance::dynamics::parameter_values(peaks.instantiate(x).mechanism), nullptr);
     };
     const auto added_mass = [](const VectorX& x) { return x.sum(); };
     double min_peak = 1e9;
@@ -130,7 +135,7 @@ TEST_CASE("sizes within limits have the least figure of all combinations that ke
       const DesignReport report = find_design(space);
       CHECK(report.outcome.within_limits);
       CHECK(added_mass(report.outcome.x) == doctest::Approx(min_mass).epsilon(1e-12));
-      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+      CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
     }
     const DesignSpace space = read(replaced(
         text, "goal: static",
@@ -149,7 +154,7 @@ TEST_CASE("sizes that balance exactly are found among those that do not") {
   const DesignReport report = find_design(space);
   CHECK(report.outcome.status == DesignStatus::balanced);
   CHECK(report.outcome.x[0] == 1);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
 }
 
 TEST_CASE("lengths in sizes are all tried") {
@@ -168,7 +173,7 @@ TEST_CASE("a free place and mass in a box have the least mass that first moments
   text = replaced(text, ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
   const DesignReport report = find_design(read(text));
   CHECK(report.outcome.objective == doctest::Approx(0.5 / 0.3).epsilon(1e-9));
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
   CHECK(report.outcome.lower_bound == doctest::Approx(0.5 / 0.3).epsilon(1e-6));
 }
 
@@ -192,12 +197,14 @@ bool are_different(const VectorX& x, bool counts_zero = true) {
 /// The least figure of all combinations that the predicate accepts.
 template <class Predicate>
 double min_figure(const DesignSpace& space, const Predicate& is_accepted) {
-  const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
+  const balance::design::Objective objective =
+      balance::design::build_objective(space, space.start.design.minimize, space.start_values(), {});
   double min_value = 1e9;
   for_all(space, [&](const VectorX& x) {
     if (is_accepted(x))
-      min_value =
-          std::min(min_value, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
+      min_value = std::min(
+          min_value,
+          objective.function->evaluate(balance::dynamics::parameter_values(space.instantiate(x).mechanism), nullptr));
   });
   return min_value;
 }
@@ -218,7 +225,7 @@ TEST_CASE("sizes that must differ have the least figure of all combinations that
         CHECK(are_different(report.outcome.x));
         const double min_value = min_figure(space, [](const VectorX& x) { return are_different(x); });
         CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
-        CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+        CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
         CHECK(report.outcome.lower_bound == doctest::Approx(min_value).epsilon(1e-5));
         const double any = min_figure(space, [](const VectorX&) { return true; });
         if (any < min_value * (1 - 1e-9)) continue;
@@ -237,7 +244,7 @@ TEST_CASE("sizes of elements that are left out need not differ") {
     const double min_value =
         min_figure(space, [](const VectorX& x) { return (x.array() != 0).count() <= 1 && are_different(x, false); });
     CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
-    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
   }
 }
 
@@ -259,7 +266,7 @@ TEST_CASE("sizes that must differ are decided beside numbers without sizes") {
       }
     CHECK(report.outcome.x[0] != report.outcome.x[1]);
     CHECK(report.outcome.objective == doctest::Approx(min_value).epsilon(1e-9));
-    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
   }
 }
 

@@ -30,7 +30,7 @@ void check_fewest(const DesignReport& report, int count) {
   CHECK(report.outcome.selection->min_count == count);
   CHECK(report.outcome.selection->is_min_count_proved);
   CHECK(kept(report) == count);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
 }
 
 constexpr const char* for_four_bar =
@@ -63,7 +63,7 @@ struct RandomLink {
   std::string more_points;
 };
 
-void add_links(RandomProblem& problem, balance::UniformRandom& random, const std::vector<RandomLink>& links) {
+void add_links(RandomProblem& problem, balance::numerics::UniformRandom& random, const std::vector<RandomLink>& links) {
   problem.mechanism += "bodies:\n";
   const double box = random(0.15, 0.3);
   for (const RandomLink& link : links) {
@@ -85,7 +85,7 @@ const std::string four_bar_joints =
     "  D: {type: revolute, connects: [ground.D, rocker.O]}\n";
 
 RandomProblem random_four_bar(std::uint64_t seed) {
-  balance::UniformRandom random(seed);
+  balance::numerics::UniformRandom random(seed);
   RandomProblem problem;
   problem.mechanism = fmt::format("space: planar\nground: {{points: {{A: [0, 0], D: [{}, 0]}}}}\n", random(0.36, 0.42));
   add_links(problem, random,
@@ -98,7 +98,7 @@ RandomProblem random_four_bar(std::uint64_t seed) {
 }
 
 RandomProblem random_six_bar(std::uint64_t seed) {
-  balance::UniformRandom random(seed);
+  balance::numerics::UniformRandom random(seed);
   RandomProblem problem;
   problem.mechanism = "space: planar\nground: {points: {A: [0, 0], D: [0.4, 0], G: [0.6, 0.35]}}\n";
   add_links(problem, random,
@@ -127,7 +127,7 @@ double min_over_all_sets(const RandomProblem& problem, std::size_t count, const 
     for (std::size_t k = 0; k < n; ++k)
       if ((set >> k & 1U) != 0) names.push_back(problem.counterweights[k]);
     if (names.size() != count) continue;
-    const balance::DesignOutcome outcome = problem.solve(names, design).outcome;
+    const balance::design::DesignOutcome outcome = problem.solve(names, design).outcome;
     if (outcome.status == DesignStatus::balanced) min_figure = std::min(min_figure, outcome.objective);
   }
   return min_figure;
@@ -177,7 +177,7 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
   const std::string text = replaced(with("5r-force-balance.yaml", for_five_bar, offered),
                                     "goal: force, minimize: added-mass", "minimize: {rms: torque, along: cycloid}");
   const DesignReport best = find_design(read(text));
-  CHECK(best.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(best.outcome.optimality == balance::design::Optimality::proved_global);
   double min_figure = 1e9;
   const std::vector<std::string> names = {"cw11", "cw12", "cw21", "cw22"};
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -210,7 +210,7 @@ TEST_CASE("a choice is the best of all its sets, each solved without a choice, a
       const DesignReport report =
           problem.solve(problem.counterweights, design + ", choose: {counterweights: " + count + "}");
       CHECK(report.outcome.status == DesignStatus::balanced);
-      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+      CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
       CHECK(report.outcome.objective == doctest::Approx(min_mass).epsilon(proof_tolerance));
       CHECK(report.outcome.lower_bound <= min_mass * (1 + proof_tolerance));
       CHECK(kept(report) == static_cast<int>(min_count));
@@ -244,7 +244,7 @@ TEST_CASE("a place along a line is chosen as exactly as one in a box") {
   problem.text["w_rocker"] = "{body: rocker, at: [\"q * cos(-0.2)\", \"q * sin(-0.2)\"], mass: {free: [0, 60]}}";
   const DesignReport report = problem.solve(problem.counterweights, "goal: force, minimize: added-mass");
   CHECK(report.outcome.status == DesignStatus::balanced);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
 }
 
 TEST_CASE("places in space are chosen exactly, although nothing depends on their height") {
@@ -289,10 +289,10 @@ TEST_CASE("one place in all load cases is proved to be the best, and no better t
                "  goal: static\n  for: {mp: [0, 0.5, 1]}\n  adapt: [cw1.at, cw2.at]",
                "  minimize: {rms: torque, along: bang-bang}");
   const DesignReport both = find_design(read(arm + "  for: {mp: [0, 1]}\n"));
-  CHECK(both.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(both.outcome.optimality == balance::design::Optimality::proved_global);
   for (const char* load : {"0", "1"}) {
     const DesignReport alone = find_design(read(replaced(arm, "mp: 0.5", std::string("mp: ") + load)));
-    CHECK(alone.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(alone.outcome.optimality == balance::design::Optimality::proved_global);
     CHECK(both.outcome.objective >= alone.outcome.objective * (1 - proof_tolerance));
   }
 }

@@ -85,7 +85,7 @@ TEST_CASE("a line of solutions is one freedom, a bound or an objective takes it 
   CHECK(outcome.optimality == Optimality::not_optimised);
   CHECK(outcome.solution_set.optimal_dimension == 1);
   CHECK(outcome.solution_set.free_variables == std::vector<int>{0, 1});
-  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), dynamics::ParameterOwner::attachment, "m");
   outcome = solve_design(design);
   CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.gap() <= 1e-6);
@@ -125,7 +125,7 @@ TEST_CASE("without a goal the objective alone is made small, with a bound where 
   CHECK(outcome.optimality == Optimality::local_optimum);
   CHECK(outcome.x[0] == doctest::Approx(3).epsilon(1e-4));
   CHECK(outcome.x[1] == doctest::Approx(10).epsilon(1e-6));
-  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), dynamics::ParameterOwner::attachment, "m");
   outcome = solve_design(design);
   CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.x.norm() < 1e-6);

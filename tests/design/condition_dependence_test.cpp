@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::design;
 
 namespace {
 

@@ -11,6 +11,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::numerics;
 using namespace balance::design;
 
 TEST_CASE("the scaling takes the multipliers to the scaled slacks, and its inverse undoes it") {

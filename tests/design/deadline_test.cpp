@@ -14,7 +14,7 @@ namespace {
 DesignSpace read_config(const std::string& name) { return balance::read_design_space(file_text(name), name); }
 
 MotionStatus simulated(const DesignSpace& space) {
-  return simulate(space.start.mechanism, space.start.trajectories.front()).outcome.status;
+  return balance::simulate(space.start.mechanism, space.start.trajectories.front()).outcome.status;
 }
 
 }  // namespace

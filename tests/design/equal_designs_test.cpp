@@ -128,7 +128,8 @@ TEST_CASE("no sampled value of a figure is below its bound, and a start at the b
     term.figure = figure;
     term.quantity = "shaking_force";
     term.trajectory = "go";
-    const balance::Objective objective = build_objective(space, {term}, space.start_values(), {});
+    const balance::design::Objective objective =
+        balance::design::build_objective(space, {term}, space.start_values(), {});
     for (int k = 0; k < 5; ++k) {
       VectorX x = space.start_values();
       for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -139,7 +140,7 @@ TEST_CASE("no sampled value of a figure is below its bound, and a start at the b
     }
   }
   const DesignReport report = find_design(space);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.optimality == balance::design::Optimality::proved_global);
   CHECK(report.outcome.objective == 0);
   CHECK(report.outcome.lower_bound == 0);
   CHECK(report.outcome.gap() == 0);
@@ -159,11 +160,11 @@ TEST_CASE("the assembly mode of a four-bar is that of its start for all lengths 
                     fmt::format("c: {{free: [0.02, 0.9], start: {}}},", bars.rocker));
     text = replaced(text, fmt::format("b: {},", bars.coupler),
                     fmt::format("b: {{free: [0.05, 0.9], start: {}}},", bars.coupler));
-    const DesignSpace space = follow_assembly_mode(read(text));
+    const DesignSpace space = balance::design::follow_assembly_mode(read(text));
     REQUIRE(space.assembly_mode);
     // sign of the transmission angle: coupler × rocker
     const auto side = [](const balance::Study& study) {
-      const std::vector<balance::CoordinateValue> q = start_coordinates(study);
+      const std::vector<balance::CoordinateValue> q = balance::simulation::start_coordinates(study);
       REQUIRE(q.size() == 4);
       return std::sin(q[0].value + q[1].value - q[3].value);
     };
@@ -176,7 +177,7 @@ TEST_CASE("the assembly mode of a four-bar is that of its start for all lengths 
       x[b] = 0.05 + 0.85 * part(random);
       x[c] = 0.02 + 0.88 * part(random);
       const bool closes = std::abs(x[b] - x[c]) < diagonal && x[b] + x[c] > diagonal;
-      const balance::DesignInstance instance = space.instantiate(x);
+      const balance::study::DesignInstance instance = space.instantiate(x);
       if (!closes) {
         CHECK_FALSE(instance.mode_issue.empty());
         continue;
@@ -196,26 +197,26 @@ struct MovableWeight {
 };
 
 /// Figure and largest violation of a limit at x; infinite where they are not defined.
-double penalised_figure(const balance::DesignProblem& problem, const VectorX& x) {
+double penalised_figure(const balance::design::DesignProblem& problem, const VectorX& x) {
   const double value = problem.objective->function->evaluate(x, nullptr);
-  for (const balance::DesignLimit& limit : problem.limits)
+  for (const balance::design::DesignLimit& limit : problem.limits)
     if (!(limit.figure.function->evaluate(x, nullptr) <= limit.bound + 1e-9 * std::abs(limit.bound)))
       return std::numeric_limits<double>::infinity();
   return std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
 }
 
 /// Simulated figures as functions of the free numbers.
-balance::DesignProblem simulated_problem(const DesignSpace& space) {
-  balance::DesignProblem problem = balance::make_design_problem(space, {});
-  const auto by_numbers = [&space](balance::Objective& figure) {
-    struct OfNumbers final : balance::DesignFunction {
-      std::shared_ptr<const balance::DesignFunction> inner;
+balance::design::DesignProblem simulated_problem(const DesignSpace& space) {
+  balance::design::DesignProblem problem = balance::design::make_design_problem(space, {});
+  const auto by_numbers = [&space](balance::design::Objective& figure) {
+    struct OfNumbers final : balance::design::DesignFunction {
+      std::shared_ptr<const balance::design::DesignFunction> inner;
       const DesignSpace* space = nullptr;
       Domain domain() const override { return Domain::variables; }
       double evaluate(const VectorX& x, VectorX*) const override {
         return inner->domain() == Domain::variables
                    ? inner->evaluate(x, nullptr)
-                   : inner->evaluate(parameter_values(space->study_at(x).mechanism), nullptr);
+                   : inner->evaluate(balance::dynamics::parameter_values(space->study_at(x).mechanism), nullptr);
       }
     };
     auto function = std::make_shared<OfNumbers>();
@@ -224,14 +225,14 @@ balance::DesignProblem simulated_problem(const DesignSpace& space) {
     figure.function = function;
   };
   by_numbers(*problem.objective);
-  for (balance::DesignLimit& limit : problem.limits) by_numbers(limit.figure);
+  for (balance::design::DesignLimit& limit : problem.limits) by_numbers(limit.figure);
   return problem;
 }
 
 /// The laws of a design that has nothing useless.
 void check_least_mass(const DesignSpace& space, const DesignReport& report, const std::vector<MovableWeight>& weights) {
   const VectorX& x = report.outcome.x;
-  const balance::DesignProblem problem = simulated_problem(space);
+  const balance::design::DesignProblem problem = simulated_problem(space);
   const double best = penalised_figure(problem, x);
   REQUIRE(std::isfinite(best));
   // more than what is accepted as equal, and the accuracy of a motion
@@ -351,8 +352,8 @@ design: {}
 }
 
 /// The set of solutions as equal as the start values.
-balance::SolutionSet solutions_like_start(const DesignSpace& space) {
-  const balance::DesignProblem problem = balance::make_design_problem(space, {});
+balance::design::SolutionSet solutions_like_start(const DesignSpace& space) {
+  const balance::design::DesignProblem problem = balance::design::make_design_problem(space, {});
   balance::design::SearchBudget budget(100);
   const balance::design::SolverContext context(problem, budget);
   const balance::design::ScaledObjective objective(context, *problem.objective);
@@ -374,10 +375,10 @@ TEST_CASE("a family of equal springs is followed, and nothing is said where a fi
         stiffness / (f * f), 0.16003942 * f, 0.11265302 * f, 0.05090066 * f);
   };
   const DesignSpace space = read(spring_arm(family(770.9067), "l0", "", "{minimize: {peak: torque}}"));
-  const balance::SolutionSet set = solutions_like_start(space);
+  const balance::design::SolutionSet set = solutions_like_start(space);
   CHECK(set.optimal_dimension == 1);
   CHECK(set.free_variables.size() == 4);
-  const balance::SolutionSet elsewhere =
+  const balance::design::SolutionSet elsewhere =
       solutions_like_start(read(spring_arm(family(900), "l0", "", "{minimize: {peak: torque}}")));
   CHECK(elsewhere.optimal_dimension == -1);
 }
@@ -388,7 +389,7 @@ TEST_CASE("the ends of a spring without stiffness may be anywhere") {
                       "s: {free: [0.05, 0.25], start: 0.1}, m: {free: [0, 20], start: 9}}",
                       "0", "counterweights: {w: {body: arm, at: [-0.1, 0], mass: m}}\n",
                       "{goal: static, minimize: {peak: \"spring_force[sp]\"}}"));
-  const balance::SolutionSet set = solutions_like_start(space);
+  const balance::design::SolutionSet set = solutions_like_start(space);
   CHECK(set.optimal_dimension == 2);
   CHECK(set.free_variables == std::vector<int>{static_cast<int>(index_of(space, "parameters.h")),
                                                static_cast<int>(index_of(space, "parameters.s"))});
@@ -404,17 +405,17 @@ TEST_CASE("no point of a front is dominated within its tolerance, and its end wi
   balance::DesignStudyOptions options;
   options.search = space.start.design.search;
   options.compare_trajectories = false;
-  const balance::ParetoFront front = compute_pareto_front(space, options);
+  const balance::design::ParetoFront front = compute_pareto_front(space, options);
   REQUIRE(front.points.size() >= 4);
   VectorX low = front.points.front().values, high = low;
-  for (const balance::ParetoPoint& point : front.points) {
+  for (const balance::design::ParetoPoint& point : front.points) {
     low = low.cwiseMin(point.values);
     high = high.cwiseMax(point.values);
   }
   CHECK(low[2] == 0);
   const VectorX slack = 1e-5 * (high - low);
-  for (const balance::ParetoPoint& one : front.points)
-    for (const balance::ParetoPoint& other : front.points) {
+  for (const balance::design::ParetoPoint& one : front.points)
+    for (const balance::design::ParetoPoint& other : front.points) {
       const bool is_nowhere_worse = (other.values.array() <= (one.values + slack).array()).all();
       CHECK_FALSE((is_nowhere_worse && (other.values.array() < (one.values - slack).array()).any()));
     }

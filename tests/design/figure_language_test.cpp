@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::design;
 
 namespace {
 
@@ -65,13 +66,14 @@ TEST_CASE("convex figures along a motion lie below their chords, and equal those
     CHECK(objective.is_convex);
     REQUIRE(objective.is_of_parameters());
     const auto value = [&](const VectorX& x) {
-      return objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr);
+      return objective.function->evaluate(dynamics::parameter_values(space.instantiate(x).mechanism), nullptr);
     };
     for (int k = 0; k < 6; ++k) {
       const VectorX p = Eigen::Vector2d(0.7 * k, 4 - 0.7 * k), q = Eigen::Vector2d(4 - 0.4 * k, 0.3 * k);
       // round-off of the three values
       CHECK(value((p + q) / 2) <= (value(p) + value(q)) / 2 + 1e-12 * (std::abs(value(p)) + std::abs(value(q))));
-      CHECK(value(p) == doctest::Approx(simulate_figure(space.instantiate(p), term_of(space))).epsilon(1e-10));
+      CHECK(value(p) ==
+            doctest::Approx(simulation::simulate_figure(space.instantiate(p), term_of(space))).epsilon(1e-10));
     }
   }
 }
@@ -108,7 +110,7 @@ TEST_CASE("slopes of figures by free numbers are those of differences") {
       const auto value = [&](double at) {
         VectorX moved = x;
         moved[i] = at;
-        return simulate_figure(space.instantiate(moved), term_of(space));
+        return simulation::simulate_figure(space.instantiate(moved), term_of(space));
       };
       const double difference = (value(x[i] + h) - value(x[i] - h)) / (2 * h);
       CHECK(slope[i] == doctest::Approx(difference).epsilon(1e-5).scale(1e-3 * std::abs(value(x[i]))));

@@ -111,7 +111,7 @@ TEST_CASE("lengths too short for a solution end in a compromise that names what 
 
 TEST_CASE("the smallest disc that decouples turns as fast as it may") {
   auto design = disc_of_free_inertia(-8);
-  design.objective = sum_of(design.model->build_mechanism(VectorX{{-2, 0.1}}), ParameterOwner::disc, "J");
+  design.objective = sum_of(design.model->build_mechanism(VectorX{{-2, 0.1}}), dynamics::ParameterOwner::disc, "J");
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the second link's inertia about its joint, where its CoM lies

@@ -79,7 +79,7 @@ TEST_CASE("too small a counterweight is used in full, and the bounds are named a
   const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::infeasible);
   REQUIRE(outcome.certificate);
-  CHECK(outcome.certificate->kind == InfeasibilityCertificate::Kind::bounds);
+  CHECK(outcome.certificate->kind == conditions::InfeasibilityCertificate::Kind::bounds);
   CHECK(outcome.x[0] == 1.5);
   CHECK(outcome.unmet_conditions.size() == 1);
   CHECK(std::abs(outcome.residuals_after[outcome.unmet_conditions[0]]) <
@@ -94,7 +94,8 @@ TEST_CASE("the best compromise between two conditions is the least-squares one")
   CHECK(outcome.status == DesignStatus::infeasible);
   const Conditions conditions = derive_conditions(design.model->build_mechanism(outcome.x), design.goals);
   const auto sum = [&](double mass) {
-    return scaled_residuals(conditions, parameter_values(design.model->build_mechanism(VectorX::Constant(1, mass))))
+    return scaled_residuals(conditions,
+                            dynamics::parameter_values(design.model->build_mechanism(VectorX::Constant(1, mass))))
         .squaredNorm();
   };
   CHECK(sum(outcome.x[0]) < sum(outcome.x[0] + 0.01));
@@ -256,18 +257,18 @@ TEST_CASE("trouble inside an objective reaches the caller") {
 
 TEST_CASE("search options out of range are refused") {
   const auto refused = [](auto change) {
-    SearchOptions options;
+    study::SearchOptions options;
     change(options);
     CHECK_THROWS_AS(options.validate(), std::invalid_argument);
   };
-  CHECK_NOTHROW(SearchOptions{}.validate());
-  refused([](SearchOptions& o) { o.global = "annealing"; });
-  refused([](SearchOptions& o) { o.local = "newton"; });
-  refused([](SearchOptions& o) { o.max_restarts = 0; });
-  refused([](SearchOptions& o) { o.max_restarts = 10001; });
-  refused([](SearchOptions& o) { o.max_evaluations = 0; });
-  refused([](SearchOptions& o) { o.max_time = 0; });
-  refused([](SearchOptions& o) { o.max_time = NAN; });
+  CHECK_NOTHROW(study::SearchOptions{}.validate());
+  refused([](study::SearchOptions& o) { o.global = "annealing"; });
+  refused([](study::SearchOptions& o) { o.local = "newton"; });
+  refused([](study::SearchOptions& o) { o.max_restarts = 0; });
+  refused([](study::SearchOptions& o) { o.max_restarts = 10001; });
+  refused([](study::SearchOptions& o) { o.max_evaluations = 0; });
+  refused([](study::SearchOptions& o) { o.max_time = 0; });
+  refused([](study::SearchOptions& o) { o.max_time = NAN; });
 }
 
 TEST_CASE("a free number needs finite bounds around its start") {

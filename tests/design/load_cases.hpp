@@ -16,12 +16,12 @@
 
 namespace load_cases {
 
-using balance::AdaptiveLaw;
 using balance::DesignReport;
 using balance::DesignSpace;
 using balance::DesignStatus;
-using balance::LoadCaseReport;
 using balance::VectorX;
+using balance::design::AdaptiveLaw;
+using balance::design::LoadCaseReport;
 
 inline constexpr double g = 9.81;
 
@@ -56,10 +56,10 @@ inline double coefficient(const AdaptiveLaw& law, Eigen::Index which, const std:
 inline double left_over(const DesignSpace& space, const DesignReport& report, const VectorX& loads) {
   VectorX x = report.outcome.x;
   x(report.adaptive->numbers) = report.adaptive->law->evaluate(loads);
-  const balance::Mechanism mechanism = at_load(space, loads).study_at(x).mechanism;
-  const balance::Conditions conditions = derive_conditions(mechanism, space.start.design.goals);
+  const balance::Mechanism mechanism = balance::design::at_load(space, loads).study_at(x).mechanism;
+  const balance::Conditions conditions = balance::derive_conditions(mechanism, space.start.design.goals);
   REQUIRE(conditions.rank > 0);
-  return scaled_residuals(conditions, term_values(mechanism)).cwiseAbs().maxCoeff();
+  return scaled_residuals(conditions, balance::conditions::term_values(mechanism)).cwiseAbs().maxCoeff();
 }
 
 /// The law put back for loads in its range: round-off of sums of masses times lengths.
@@ -115,7 +115,7 @@ design: {goal: static, for: {p: [0, 0.25, 1]}}
 )";
 
 inline double resting(const LoadCaseReport& one, std::size_t which) {
-  for (const balance::PeakEffort& effort : one.static_efforts)
+  for (const balance::conditions::PeakEffort& effort : one.static_efforts)
     if (effort.actuator == static_cast<int>(which)) return effort.magnitude;
   return 0;
 }

@@ -37,7 +37,7 @@ TEST_CASE("places and masses together follow the load by a table") {
   CHECK(report.outcome.status == DesignStatus::balanced);
   REQUIRE(report.adaptive);
   CHECK_FALSE(report.adaptive->law);
-  const balance::AdaptedTable& table = report.adaptive->table;
+  const balance::design::AdaptedTable& table = report.adaptive->table;
   REQUIRE(table.loads.size() == 17);
   for (std::size_t row = 0; row < table.loads.size(); ++row) {
     CHECK(table.residuals[row] < 1e-10);
@@ -89,7 +89,7 @@ design: {goal: static, for: {p: [0, 1]}}
 TEST_CASE("cases may be listed one by one") {
   const DesignSpace space = read(
       replaced(rr, "for: {mp: [0, 0.5, 1]}", "for: [{mp: 0.2, \"cargo.at[0]\": 0.4}, {\"cargo.at[0]\": 0.3, mp: 1}]"));
-  const balance::LoadCases& cases = space.start.design.cases;
+  const balance::study::LoadCases& cases = space.start.design.cases;
   CHECK(cases.values.rows() == 2);
   CHECK(cases.values(1, 0) == 1);
   CHECK(cases.values(1, 1) == 0.3);

@@ -11,8 +11,9 @@
 namespace design_tests {
 
 using namespace balance;
+using namespace balance::design;
 
-inline NamedPoint at(const std::string& name, double x, double y) { return {name, {x, y, 0}}; }
+inline model::NamedPoint at(const std::string& name, double x, double y) { return {name, {x, y, 0}}; }
 
 inline Matrix3 about_z(double j) { return Vector3(0, 0, j).asDiagonal(); }
 
@@ -133,7 +134,7 @@ inline double judged(const DesignProblem& p, const VectorX& x) {
   options.seed = 77;  // other configurations than the design saw
   const Conditions conditions = derive_conditions(mechanism, p.goals, options);
   if (conditions.status != ConditionsStatus::done) return 1e9;
-  const VectorX residual = scaled_residuals(conditions, parameter_values(mechanism, options.loose_springs));
+  const VectorX residual = scaled_residuals(conditions, dynamics::parameter_values(mechanism, options.loose_springs));
   return residual.size() > 0 ? residual.cwiseAbs().maxCoeff() : 0;
 }
 

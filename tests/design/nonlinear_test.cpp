@@ -32,7 +32,7 @@ TEST_CASE("the lightest counterweight hangs as far out as it may") {
         return m;
       },
       GoalKind::statics);
-  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), dynamics::ParameterOwner::attachment, "m");
   for (const std::string method : {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"}) {
     CAPTURE(method);
     design.search.local = method;
@@ -91,7 +91,7 @@ TEST_CASE("a solution that is the only one is the best one, whatever the objecti
         return m;
       },
       GoalKind::force);
-  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::body, "J", true);
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), dynamics::ParameterOwner::body, "J", true);
   design.objective->is_convex = false;
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);

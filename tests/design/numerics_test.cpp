@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::numerics;
 using namespace balance::design;
 
 namespace {

@@ -6,6 +6,7 @@
 namespace design_tests {
 
 using namespace balance;
+using namespace balance::design;
 
 /// A function of the parameters from a callable double(parameters, gradient).
 template <class F>
@@ -45,10 +46,10 @@ std::shared_ptr<const DesignFunction> of_variables(F function, const std::string
 }
 
 /// Σ wᵢ pᵢ, or with `squared` Σ wᵢ pᵢ², over the parameters of one symbol and kind of bearer.
-inline Objective sum_of(const Mechanism& mechanism, ParameterOwner bearer, const std::string& symbol,
+inline Objective sum_of(const Mechanism& mechanism, dynamics::ParameterOwner bearer, const std::string& symbol,
                         bool squared = false) {
-  VectorX weights = VectorX::Zero(parameter_values(mechanism).size());
-  const auto parameters = list_parameters(mechanism);
+  VectorX weights = VectorX::Zero(dynamics::parameter_values(mechanism).size());
+  const auto parameters = dynamics::list_parameters(mechanism);
   for (std::size_t p = 0; p < parameters.size(); ++p)
     if (parameters[p].owner_kind == bearer && parameters[p].symbol == symbol) weights[static_cast<Eigen::Index>(p)] = 1;
   Objective objective;

@@ -95,9 +95,11 @@ TEST_CASE("every design is physical, within its bounds, and judged balanced only
         },
         GoalKind::statics);
     if (trial % 3 == 1)
-      design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(6)), ParameterOwner::attachment, "m");
+      design.objective =
+          sum_of(design.model->build_mechanism(VectorX::Zero(6)), dynamics::ParameterOwner::attachment, "m");
     if (trial % 3 == 2)
-      design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(6)), ParameterOwner::body, "m", true);
+      design.objective =
+          sum_of(design.model->build_mechanism(VectorX::Zero(6)), dynamics::ParameterOwner::body, "m", true);
     if (!physical(design.model->build_mechanism(VectorX{{m1, 0.05, m2, 0.1, 0, -0.1}}))) continue;
     const DesignOutcome outcome = solve_design(design);
     CHECK(within_bounds(design, outcome.x));

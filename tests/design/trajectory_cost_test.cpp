@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::design;
+using namespace balance::dynamics;
 
 namespace {
 

@@ -11,12 +11,12 @@
 namespace equations {
 
 using balance::CoordinateValue;
-using balance::EquationTerms;
 using balance::MatrixX;
 using balance::Mechanism;
 using balance::Study;
 using balance::Vector3;
 using balance::VectorX;
+using balance::dynamics::EquationTerms;
 
 inline constexpr const char* machines[] = {"rr.yaml",
                                            "planar-rrr.yaml",
@@ -44,7 +44,7 @@ inline VectorX wave(Eigen::Index n, double phase) {
 
 /// The pose that a study's first trajectory starts from, of all coordinates.
 inline std::vector<CoordinateValue> start_of(const Study& study) {
-  return balance::solve_configuration(study.mechanism, study.trajectories.front().from).coordinates;
+  return balance::kinematics::solve_configuration(study.mechanism, study.trajectories.front().from).coordinates;
 }
 
 /// Values of the independent coordinates among all.

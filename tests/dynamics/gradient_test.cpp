@@ -12,6 +12,8 @@
 namespace {
 
 using namespace balance;
+using namespace balance::derivatives;
+using namespace balance::dynamics;
 using Kind = MechanismVariable::Kind;
 
 struct State {
@@ -44,7 +46,7 @@ State some_state(InverseDynamics& door) {
   return state;
 }
 
-MechanismVariable last_term(Kind kind, const CoordinateCombination& followed) {
+MechanismVariable last_term(Kind kind, const model::CoordinateCombination& followed) {
   return {.kind = kind, .column = static_cast<int>(followed.terms.size()) - 1};
 }
 

@@ -16,6 +16,8 @@
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
+using namespace balance::trajectory;
 
 VectorX numbers(std::initializer_list<double> values) {
   VectorX v(static_cast<Eigen::Index>(values.size()));
@@ -127,7 +129,7 @@ TEST_CASE("where the way meets a singularity the answer says so, and the state b
 }
 
 TEST_CASE("rows without an answer are NaN wherever they stand, and leave the others as they are") {
-  const Mechanism five_bar = doors::config("5r.yaml").mechanism;
+  const balance::Mechanism five_bar = doors::config("5r.yaml").mechanism;
   const Samples zero = Samples::Zero(4, 2);
   Samples q(4, 2);
   q << 3.1, 0, 2.2, 0.8, 3.1, 0, 2.2, 0.8;  // cranks that point away from each other are too far apart for the arms
@@ -140,7 +142,7 @@ TEST_CASE("rows without an answer are NaN wherever they stand, and leave the oth
   CHECK(found.result.time == numbers({1, 2, 3, 4}));
   for (const Eigen::Index k : {0, 2}) {
     CHECK(found.failures[static_cast<std::size_t>(k / 2)].row == k);
-    for (const Quantity& quantity : list_sampled_quantities(found.result))
+    for (const balance::Quantity& quantity : list_sampled_quantities(found.result))
       CHECK_MESSAGE((found.result.*quantity.member).row(k).array().isNaN().all(), quantity.name);
     CHECK(found.result.newton_iterations[k] == 0);
     // there Newton's method starts where it ended
@@ -174,7 +176,7 @@ TEST_CASE("an object can be moved, and each has its own branch") {
 }
 
 TEST_CASE("without enough actuators everything but the efforts is there") {
-  Mechanism m = two_rods();
+  balance::Mechanism m = two_rods();
   m.actuators = {1};
   InverseDynamics door(m);
   CHECK(door.independent() == std::vector<std::string>{"B", "A"});
@@ -194,7 +196,7 @@ TEST_CASE("without enough actuators everything but the efforts is there") {
 
 TEST_CASE("a structure has one state, and it is balanced by what its joints transmit") {
   // two rods make a triangle with the ground: no freedom, no actuator
-  Mechanism m = two_rods();
+  balance::Mechanism m = two_rods();
   m.gravity = {0, -10, 0};
   m.joints.push_back({.name = "C", .first = 0, .second = 2, .point_first = {0.5, 0, 0}, .point_second = {0.4, 0, 0}});
   m.coordinates = list_coordinates(m.space, m.joints);
@@ -218,7 +220,7 @@ TEST_CASE("numbers that are too large are said to be so") {
 }
 
 TEST_CASE("the efforts do not depend on which coordinates a state is given in") {
-  const Mechanism mechanism = doors::config("four-bar.yaml").mechanism;
+  const balance::Mechanism mechanism = doors::config("four-bar.yaml").mechanism;
   InverseDynamics by_crank(mechanism);
   const auto start = by_crank.assemble(numbers({1.2}));
   REQUIRE(start);

@@ -7,6 +7,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::dynamics;
 using namespace equations;
 
 namespace {

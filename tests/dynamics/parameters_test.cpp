@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::dynamics;
 using namespace equations;
 
 namespace {
@@ -42,7 +43,7 @@ TEST_CASE("efforts at many states tell the base parameters and nothing more") {
     CAPTURE(file);
     Study study = doors::config(file);
     study.mechanism.springs.clear();
-    const Conditions base = compute_base_parameters(study.mechanism);
+    const Conditions base = conditions::compute_base_parameters(study.mechanism);
     REQUIRE_MESSAGE(base.status == ConditionsStatus::done, base.reason);
     const MatrixX Y = stacked(study, 60);
     REQUIRE(Y.cols() == base.matrix.cols());
@@ -70,7 +71,7 @@ TEST_CASE("a planar arm of two links has six base parameters with weight, four w
   m.springs.clear();
   m.friction.clear();
   m.loads.clear();
-  CHECK(compute_base_parameters(m).rank == 6);
+  CHECK(conditions::compute_base_parameters(m).rank == 6);
   m.gravity.setZero();
-  CHECK(compute_base_parameters(m).rank == 4);
+  CHECK(conditions::compute_base_parameters(m).rank == 4);
 }

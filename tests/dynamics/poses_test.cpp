@@ -7,6 +7,7 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::kinematics;
 using namespace equations;
 
 namespace {
@@ -18,7 +19,7 @@ bool says(const MotionOutcome& outcome, const char* words) { return outcome.reas
 TEST_CASE("a pose of the tool and the joints that it means are one configuration") {
   const Study study = doors::config("5r.yaml");
   const auto start = start_of(study);
-  PoseTarget joints;
+  trajectory::PoseTarget joints;
   for (const int a : study.mechanism.actuators) joints.joints.push_back(start[static_cast<std::size_t>(a)]);
   const ConfigurationResult found = solve_configuration(study.mechanism, joints);
   REQUIRE(found.outcome.status == MotionStatus::done);
@@ -28,7 +29,7 @@ TEST_CASE("a pose of the tool and the joints that it means are one configuration
 
 TEST_CASE("a pose that says too little gets a message with how much") {
   const Study study = doors::config("3rrr.yaml");
-  PoseTarget pose;
+  trajectory::PoseTarget pose;
   pose.joints = {start_of(study)[static_cast<std::size_t>(study.mechanism.actuators[0])]};
   const ConfigurationResult found = solve_configuration(study.mechanism, pose);
   CHECK(found.outcome.status == MotionStatus::mismatch);
@@ -37,7 +38,7 @@ TEST_CASE("a pose that says too little gets a message with how much") {
 
 TEST_CASE("a place that cannot be reached is no pose") {
   const Study study = doors::config("rr.yaml");
-  PoseTarget pose;
+  trajectory::PoseTarget pose;
   pose.tool = Vector3(100, 0, 0);
   const ConfigurationResult found = solve_configuration(study.mechanism, pose);
   CHECK(found.outcome.status == MotionStatus::unreachable);

@@ -13,6 +13,7 @@ namespace single_state_laws_test {
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
 
 const char* const machines[] = {
     "rr.yaml",           "planar-rrr.yaml",      "spatial-rrr.yaml",  "scara.yaml",
@@ -134,7 +135,7 @@ TEST_CASE("the regressor times the parameters is efforts, shaking force and mome
 }
 
 TEST_CASE("a parameter's column is what its change does") {
-  Mechanism m = doors::config("spatial-rrr.yaml").mechanism;
+  balance::Mechanism m = doors::config("spatial-rrr.yaml").mechanism;
   InverseDynamics before(m);
   const State state = some_state(before, 0.7);
   const auto Y = before.regressor(state.q, state.dq, state.ddq);
@@ -150,14 +151,14 @@ TEST_CASE("a parameter's column is what its change does") {
 TEST_CASE("the actuators' power is the rate of energy and what friction takes") {
   for (const std::string machine : machines) {
     CAPTURE(machine);
-    const Mechanism mechanism = doors::config(machine).mechanism;
+    const balance::Mechanism mechanism = doors::config(machine).mechanism;
     if (!mechanism.loads.empty()) continue;  // they have power, too
     InverseDynamics door(mechanism);
     const State state = some_state(door, 0.9);
-    const Sample here = door.at(state.q, state.dq, state.ddq).value;
+    const balance::Sample here = door.at(state.q, state.dq, state.ddq).value;
     const auto energy = [&](double t) {  // q̈ stays: the energy's rate is exact at t = 0
       const VectorX q = state.q + t * state.dq + t * t / 2 * state.ddq, dq = state.dq + t * state.ddq;
-      const Sample there = door.at(q, dq, state.ddq).value;
+      const balance::Sample there = door.at(q, dq, state.ddq).value;
       return there.kinetic_energy + there.potential_energy;
     };
     constexpr double h = 2e-4;
@@ -165,7 +166,7 @@ TEST_CASE("the actuators' power is the rate of energy and what friction takes") 
         (45 * (energy(h) - energy(-h)) - 9 * (energy(2 * h) - energy(-2 * h)) + (energy(3 * h) - energy(-3 * h))) /
         (60 * h);
     double taken = 0;
-    for (const Friction& friction : mechanism.friction) {
+    for (const balance::Friction& friction : mechanism.friction) {
       const double v = here.velocity[friction.coordinate];
       taken += friction.viscous * v * v + friction.coulomb * std::abs(v);
     }
@@ -178,13 +179,13 @@ TEST_CASE("the mass matrix of a four-bar is what its velocities say by hand") {
   // ground 1 m, crank 0.3, coupler 0.9, rocker 0.6; uniform rods of 1 kg per metre
   constexpr double ground_link = 1, a = 0.3, b = 0.9, c = 0.6;
   const auto rod = [](const char* name, double length) {
-    return Body{.name = name,
-                .mass = length,
-                .com = {length / 2, 0, 0},
-                .inertia = Vector3(0, 0, length * length * length / 12).asDiagonal(),
-                .points = {}};
+    return balance::Body{.name = name,
+                         .mass = length,
+                         .com = {length / 2, 0, 0},
+                         .inertia = Vector3(0, 0, length * length * length / 12).asDiagonal(),
+                         .points = {}};
   };
-  Mechanism m;
+  balance::Mechanism m;
   m.name = "four-bar";
   m.bodies = {{.name = "ground"}, rod("crank", a), rod("coupler", b), rod("rocker", c)};
   m.joints = {{.name = "A", .first = 0, .second = 1},

@@ -20,16 +20,17 @@
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
 
 /// Of the terms that a quantity is the sum of: both ways solve the loops to 1e-12 of the length, and rates and forces grow near
 /// singularities.
-constexpr double tolerance = 1e-9;
+constexpr double state_tolerance = 1e-9;
 
 double size_of(const Quantity& quantity, const RunResult& run) {
-  double size = max_abs(*quantity.samples);
-  for (const QuantityDefinition& kind : quantity_table())
+  double size = numerics::max_abs(*quantity.samples);
+  for (const results::QuantityDefinition& kind : results::quantity_table())
     if (quantity.name == kind.name && kind.terms != nullptr)
-      size = std::max(size, max_abs(run.term_magnitudes.*kind.terms));
+      size = std::max(size, numerics::max_abs(run.term_magnitudes.*kind.terms));
   return size;
 }
 
@@ -64,9 +65,10 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory, std::mt19
       const Samples& got = state.*quantity.member;
       REQUIRE(got.cols() == quantity.samples->cols());
       const VectorX is = got.row(0), was = quantity.samples->row(row);
-      const bool turn = quantity.columns == ColumnKind::quaternion;  // a quaternion's sign means nothing
-      const double off = turn ? std::min(max_abs(is - was), max_abs(is + was)) : max_abs(is - was);
-      CHECK(off <= tolerance * size_of(quantity, run));
+      const bool turn = quantity.columns == results::ColumnKind::quaternion;  // a quaternion's sign means nothing
+      const double off =
+          turn ? std::min(numerics::max_abs(is - was), numerics::max_abs(is + was)) : numerics::max_abs(is - was);
+      CHECK(off <= state_tolerance * size_of(quantity, run));
     }
   }
 }
@@ -76,8 +78,8 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory, std::mt19
 TEST_CASE("a single state has what a run has at the moment at which it moves like that") {
   std::mt19937 draws(31);
   for (const std::string& file : doors::every_config()) {
-    const Study study = read_spec_file(file);
-    for (Trajectory trajectory : study.trajectories) {
+    const balance::Study study = balance::read_spec_file(file);
+    for (balance::Trajectory trajectory : study.trajectories) {
       if (is_mechanism_dependent(trajectory.law.kind))
         continue;  // takes long, and is a motion like others once it is found
       CAPTURE(file);
@@ -89,16 +91,16 @@ TEST_CASE("a single state has what a run has at the moment at which it moves lik
 }
 
 TEST_CASE("a state without efforts has everything else, and a note") {
-  Study study = doors::config("rr.yaml");
-  const RunResult whole = simulate(study.mechanism, study.trajectories.front());
-  Mechanism idle = study.mechanism;
+  balance::Study study = doors::config("rr.yaml");
+  const balance::RunResult whole = balance::simulate(study.mechanism, study.trajectories.front());
+  balance::Mechanism idle = study.mechanism;
   idle.actuators.clear();
   const InverseOptions options{.independent = {"R1", "R2"}};
-  std::vector<CoordinateId> both{0, 1};
+  std::vector<balance::CoordinateId> both{0, 1};
   const SingleState state = state_of(whole, whole.time.size() / 3, both);
-  const RunResult driven = evaluate_single_state(study.mechanism, state, options),
-                  left = evaluate_single_state(idle, state, options);
-  REQUIRE(left.outcome.status == MotionStatus::done);
+  const balance::RunResult driven = evaluate_single_state(study.mechanism, state, options),
+                           left = evaluate_single_state(idle, state, options);
+  REQUIRE(left.outcome.status == balance::MotionStatus::done);
   CHECK(left.torque.size() == 0);
   CHECK(left.outcome.notes.back().starts_with("no torques: "));
   // no term differs
@@ -108,7 +110,7 @@ TEST_CASE("a state without efforts has everything else, and a note") {
 }
 
 TEST_CASE("rates of a coordinate that is not independent are refused") {
-  const Study study = doors::config("5r.yaml");
+  const balance::Study study = doors::config("5r.yaml");
   SingleState state;
   state.configuration = study.mechanism.assembly;
   for (std::size_t c = 0; c < study.mechanism.coordinates.size(); ++c)

@@ -5,11 +5,12 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::dynamics;
 using namespace equations;
 
 namespace {
 
-using Of = GeneralisedSpeedTerm::Kind;
+using Of = model::GeneralisedSpeedTerm::Kind;
 constexpr double r = 0.1, b = 0.2;
 
 int coordinate(const Mechanism& mechanism, const std::string& name) {
@@ -19,12 +20,13 @@ int coordinate(const Mechanism& mechanism, const std::string& name) {
 }
 
 /// The contact points of the wheels stand still: forward speed ∓ b · turning − r · rate of the wheel, and no motion aside.
-SpeedChoice rolling(const Mechanism& cart) {
+model::SpeedChoice rolling(const Mechanism& cart) {
   const int body = cart.tool->body;
   const Vector3 axle = cart.tool->position;
-  const GeneralisedSpeedTerm ahead{Of::velocity_body, 0, 1, body, axle}, aside{Of::velocity_body, 1, 1, body, axle};
+  const model::GeneralisedSpeedTerm ahead{Of::velocity_body, 0, 1, body, axle},
+      aside{Of::velocity_body, 1, 1, body, axle};
   const auto wheel = [&](const char* name, double side) {
-    return GeneralisedSpeed{
+    return model::GeneralisedSpeed{
         name, {ahead, {Of::angular_velocity_body, 2, side, body}, {Of::coordinate, coordinate(cart, name), -r}}};
   };
   return {{{"v", {ahead}}, {"w", {{Of::angular_velocity_body, 2, 1, body}}}},
@@ -64,7 +66,7 @@ TEST_CASE("a cart whose wheels roll has the equation of a unicycle in its forwar
 TEST_CASE("speeds that do not determine the motion have no equation, and as many are needed as there are freedoms") {
   const Mechanism cart = doors::config("poses/cart-two-wheels.yaml").mechanism;
   EquationTerms terms(cart, {.independent = {"P.x", "P.y", "P.angle", "A", "B"}});
-  SpeedChoice choice = rolling(cart);
+  model::SpeedChoice choice = rolling(cart);
   choice.constrained[2] = choice.speeds[0];
   CHECK(terms.speed_terms(VectorX::Zero(5), choice).outcome.status == MotionStatus::drive_singularity);
   choice.constrained.pop_back();

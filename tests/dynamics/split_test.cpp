@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::dynamics;
 using namespace equations;
 
 TEST_CASE("the parts of every torque add up to it along every trajectory of every config") {

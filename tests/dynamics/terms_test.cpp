@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::dynamics;
 using namespace equations;
 
 namespace {

@@ -15,6 +15,7 @@ namespace trajectory_test {
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
 
 /// Columns of the independent coordinates.
 std::vector<Eigen::Index> columns(const InverseDynamics& door) {
@@ -38,7 +39,7 @@ constexpr double tolerance = 1e-9;
 /// How large a quantity is, or what it is the sum of where that cancels.
 double size_of(const Quantity& quantity, const RunResult& run) {
   double size = quantity.samples->cwiseAbs().maxCoeff();
-  for (const QuantityDefinition& kind : quantity_table())
+  for (const results::QuantityDefinition& kind : results::quantity_table())
     if (quantity.name == kind.name && kind.terms != nullptr && (run.term_magnitudes.*kind.terms).size() > 0)
       size = std::max(size, (run.term_magnitudes.*kind.terms).maxCoeff());
   return size;
@@ -75,12 +76,12 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory) {
 
 TEST_CASE("states taken from a trajectory have the trajectory's results, one by one") {
   for (const std::string& file : doors::every_config()) {
-    const Study study = read_spec_file(file);
+    const balance::Study study = balance::read_spec_file(file);
     if (has_velocity_constraints(study.mechanism)) {  // whose configuration no state tells
       CHECK_THROWS_AS(InverseDynamics(study.mechanism), std::invalid_argument);
       continue;
     }
-    for (Trajectory trajectory : study.trajectories) {
+    for (balance::Trajectory trajectory : study.trajectories) {
       CAPTURE(file);
       CAPTURE(trajectory.name);
       trajectory.samples = 201;

@@ -14,6 +14,8 @@
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
+using namespace balance::model;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -214,7 +216,7 @@ const std::vector<Spoiling>& mistakes() {
 TEST_CASE("what the reader returns has no faults") {
   for (const std::string& file : doors::every_config()) {
     CAPTURE(file);
-    for (const ValidationIssue& fault : validate(read_spec_file(file).mechanism)) FAIL_CHECK(fault.message);
+    for (const ValidationIssue& fault : validate(balance::read_spec_file(file).mechanism)) FAIL_CHECK(fault.message);
   }
 }
 

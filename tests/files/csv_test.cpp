@@ -8,6 +8,7 @@
 #include <sstream>
 
 using namespace balance;
+using namespace balance::files;
 using sample::Folder;
 
 namespace {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 using namespace balance;
+using namespace balance::files;
 using sample::Folder;
 
 TEST_CASE("a result that is not done, or whose sizes contradict each other, is misuse and leaves no file") {

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::files;
 using sample::Folder;
 using sample::Reader;
 

@@ -12,6 +12,7 @@
 #include <cerrno>
 
 using namespace balance;
+using namespace balance::files;
 using sample::content;
 using sample::Folder;
 
@@ -151,7 +152,7 @@ TEST_CASE("a file that cannot be read or written says so with the system's numbe
   const std::string none = folder / "none", below = folder / "file/below", itself = folder / ".";
   for (const auto& [path, number] : {std::pair(none, ENOENT), std::pair(below, ENOTDIR), std::pair(itself, EISDIR)}) {
     CAPTURE(path);
-    CHECK(number_of([&] { read_text_file(path, "spec"); }) == number);
+    CHECK(number_of([&] { specification::read_text_file(path, "spec"); }) == number);
     if (number != ENOTDIR) CHECK(number_of([&] { read_result_file(path); }) == number);
     if (number != ENOENT) CHECK(number_of([&] { check_writable(path, OverwritePolicy::replace); }) == number);
   }

@@ -18,6 +18,7 @@ namespace result_file_test {
 namespace {
 
 using namespace balance;
+using namespace balance::files;
 namespace fs = std::filesystem;
 
 /// A folder that is gone at the end of the scope.
@@ -50,8 +51,8 @@ TEST_CASE("a run that is read back is the run that was written") {
   const Folder folder;
   for (const char* config : {"3rrr.yaml", "slider-crank.yaml", "delta.yaml", "spatial-rrr.yaml"}) {
     CAPTURE(config);
-    const RunResult result = run_of(config);
-    REQUIRE(result.outcome.status == MotionStatus::done);
+    const balance::RunResult result = run_of(config);
+    REQUIRE(result.outcome.status == balance::MotionStatus::done);
     Provenance description{.title = "a title", .version = "1.2", .spec_text = "name: x\n", .trajectory = "t"};
     description.law = "cycloidal";
     description.drive = "tool";
@@ -151,16 +152,16 @@ TEST_CASE("names of result files end as such") {
 
 TEST_CASE("the law of a run and its phase plane are read back as they were written") {
   const Folder folder;
-  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
-  Trajectory trajectory = study.trajectories.at(0);
+  const balance::Study study = balance::read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
+  balance::Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 21;
-  trajectory.law.kind = MotionLawKind::min_peak;
+  trajectory.law.kind = balance::MotionLawKind::min_peak;
   trajectory.min_peak_quantity = "shaking_force";
   trajectory.limits = {{"torque", 100}};
-  const RunResult result = simulate(study.mechanism, trajectory);
-  REQUIRE(result.outcome.status == MotionStatus::done);
+  const balance::RunResult result = balance::simulate(study.mechanism, trajectory);
+  REQUIRE(result.outcome.status == balance::MotionStatus::done);
   write_result_hdf5(folder("law.h5"), result, {.title = "a title"}, {.existing = OverwritePolicy::replace});
-  const RunResult read = read_result_file(folder("law.h5")).result;
+  const balance::RunResult read = read_result_file(folder("law.h5")).result;
   REQUIRE(read.optimised_law.has_value());
   CHECK(read.optimised_law->duration == result.optimised_law->duration);
   CHECK(read.optimised_law->objective_value == result.optimised_law->objective_value);

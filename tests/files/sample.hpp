@@ -15,6 +15,7 @@
 namespace sample {
 
 using namespace balance;
+using namespace balance::files;
 
 inline Samples distinct(Eigen::Index rows, Eigen::Index columns, int quantity) {
   Samples samples(rows, columns);

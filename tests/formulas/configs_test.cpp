@@ -70,8 +70,9 @@ TEST_CASE("every config has programs, in C and in Python, that say what the engi
     const DesignSpace space = read_design_space_file(entry.path().string());
     if (has_temporary_payloads(space.start.mechanism)) continue;
     for (const Language language : {Language::c, Language::python})
-      CHECK_NOTHROW_MESSAGE(generate_program(space.start.mechanism, read_spec_number_texts(space), language),
-                            entry.path().filename().string());
+      CHECK_NOTHROW_MESSAGE(
+          generate_program(space.start.mechanism, specification::read_spec_number_texts(space), language),
+          entry.path().filename().string());
     ++count;
   }
   CHECK(count > 45);
@@ -79,7 +80,8 @@ TEST_CASE("every config has programs, in C and in Python, that say what the engi
 
 TEST_CASE("a program is run as it is printed: one with a wrong sign is noticed") {
   const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/rr.yaml");
-  const std::string text = generate_program(space.start.mechanism, read_spec_number_texts(space), Language::c);
+  const std::string text =
+      generate_program(space.start.mechanism, specification::read_spec_number_texts(space), Language::c);
   ProgramInterpreter right(text, Language::c, 2);
   std::string changed = text;
   const std::size_t sum = changed.find(" + ", changed.find("static void torques("));

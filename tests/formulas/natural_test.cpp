@@ -39,7 +39,7 @@ std::string general_3rrr() {
 Sheets general_sheets() {
   const DesignSpace space = read_design_space(general_3rrr(), "general.yaml", {});
   Sheets found{space.start, {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_number_texts(space), natural);
+  found.sheet = make_sheet(found.study.mechanism, specification::read_spec_number_texts(space), natural);
   found.sections = print_sheet(found.sheet, {});
   found.texts = texts_by_label(found.sections);
   return found;

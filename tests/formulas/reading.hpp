@@ -45,7 +45,7 @@ inline Sheets sheets(const std::string& config, const std::vector<std::pair<std:
                      const SheetOptions& options = {}, const PrintOptions& print = {}) {
   const DesignSpace space = read_design_space_file(std::string(BALANCE_CONFIGS "/") + config, {set});
   Sheets found{space.start, {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_number_texts(space, {set}), options);
+  found.sheet = make_sheet(found.study.mechanism, specification::read_spec_number_texts(space, {set}), options);
   found.sections = print_sheet(found.sheet, print);
   found.texts = texts_by_label(found.sections);
   return found;

@@ -21,7 +21,7 @@ motion: {duration: 1, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
   return study;
 }
 
-MetricTable table(const char* name) {
+comparison::MetricTable table(const char* name) {
   return {name, {{"torque", "N m", 1, 2, 3, 4, 5}, {"shaking_force", "N", 0, 0, 0, 0, 0}}, 7};
 }
 
@@ -29,16 +29,16 @@ MetricTable table(const char* name) {
 
 void requirement(std::string_view bytes) {
   const std::string text(bytes.substr(0, bytes.find('\n')));
-  const RunNames names{{"base", "other", "3"}, "base"};
+  const comparison::RunNames names{{"base", "other", "3"}, "base"};
   try {
-    const Requirement read = parse_requirement(text, names);
-    check_quantities(read, {"torque", "shaking_force"});
-    judge_requirement(read, {table("base"), table("other"), table("3")}, 1);
-  } catch (const RequirementError& wrong) {
+    const comparison::Requirement read = parse_requirement(text, names);
+    comparison::check_quantities(read, {"torque", "shaking_force"});
+    comparison::judge_requirement(read, {table("base"), table("other"), table("3")}, 1);
+  } catch (const comparison::RequirementError& wrong) {
     demand(wrong.column >= 1 && wrong.column <= text.size() + 1, "a column outside of the requirement");
   }
   if (text.size() < bytes.size()) {
-    complains_well([&] { read_objective(std::string(bytes.substr(text.size() + 1)), arm()); });
+    complains_well([&] { specification::read_objective(std::string(bytes.substr(text.size() + 1)), arm()); });
   }
 }
 

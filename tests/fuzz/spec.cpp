@@ -63,7 +63,7 @@ void use(const DesignSpace& space) {
     upper[at] = numbers[i].upper;
   }
   for (const VectorX& x : {start, lower, upper}) complains_well([&] { space.study_at(x); });
-  const std::string balanced = format_balanced_spec(space.start, start);
+  const std::string balanced = specification::format_balanced_spec(space.start, start);
   const bool readable = complains_well([&] {
     try {
       demand(read_spec(balanced, file_name).free_numbers.empty(), "a balanced spec has free numbers");
@@ -83,7 +83,7 @@ void spec(std::string_view bytes) {
   complains_well([&] {
     const DesignSpace space = read_design_space(whole(text), file_name, options);
     use(space);
-    if (text.size() < 4000) list_symbols(space);
+    if (text.size() < 4000) conditions::list_symbols(space);
   });
 }
 

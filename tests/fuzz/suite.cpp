@@ -7,8 +7,8 @@ namespace balance::fuzz {
 
 void suite(std::string_view bytes) {
   const std::string text(bytes);
-  complains_well([&] { parse_suite(text, "suite.yaml"); });
-  list_referenced_files(text, "suite.yaml");
+  complains_well([&] { batch::parse_suite(text, "suite.yaml"); });
+  specification::list_referenced_files(text, "suite.yaml");
 }
 
 }  // namespace balance::fuzz

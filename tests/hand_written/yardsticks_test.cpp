@@ -9,6 +9,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::kinematics;
 
 namespace {
 
@@ -19,14 +20,15 @@ template <class S, int Joints, class Yardstick>
 double farthest_torque(const Mechanism& mechanism, const Yardstick& yardstick) {
   const Tree<S> tree = compile_tree<S>(mechanism, {});
   TreeState<S> state(tree.nodes.size());
-  std::vector<Wrench<S>> wrenches(tree.nodes.size());
+  std::vector<dynamics::Wrench<S>> wrenches(tree.nodes.size());
   std::mt19937 random(1);
   std::uniform_real_distribution<double> any(-4, 4);
   double worst = 0, scale = 0;
   for (int k = 0; k < 100; ++k) {
     double q[Joints], dq[Joints], ddq[Joints], expected[Joints], found[Joints];
     for (int j = 0; j < Joints; ++j) q[j] = any(random), dq[j] = any(random), ddq[j] = any(random);
-    open_tree_inverse_dynamics<S>(tree, q, dq, ddq, to_vector<S>(mechanism.gravity), state, wrenches, expected);
+    dynamics::open_tree_inverse_dynamics<S>(tree, q, dq, ddq, to_vector<S>(mechanism.gravity), state, wrenches,
+                                            expected);
     yardstick.torques(q, dq, ddq, found);
     for (int j = 0; j < Joints; ++j) {
       worst = std::max(worst, std::abs(found[j] - expected[j]));

@@ -16,11 +16,12 @@
 namespace {
 
 using namespace balance;
+using namespace balance::dynamics;
 
 /// Requests made while the samples after the first few are computed.
 template <class S>
 long requests(const Mechanism& mechanism, const Trajectory& trajectory, Detail detail) {
-  const CompiledMotion<S> motion(mechanism, trajectory);
+  const kinematics::CompiledMotion<S> motion(mechanism, trajectory);
   TreeMotionSource<S> source(mechanism, motion, trajectory.about, detail);
   bool good = source.begin() && source.evaluate();
   REQUIRE_MESSAGE(good, source.outcome().reason);
@@ -39,8 +40,9 @@ long requests(const std::string& file, const std::string& name, Detail detail) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
   for (const Trajectory& trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
-    return study.mechanism.space == SpaceKind::planar ? requests<Planar>(study.mechanism, trajectory, detail)
-                                                      : requests<Spatial>(study.mechanism, trajectory, detail);
+    return study.mechanism.space == SpaceKind::planar
+               ? requests<kinematics::Planar>(study.mechanism, trajectory, detail)
+               : requests<kinematics::Spatial>(study.mechanism, trajectory, detail);
   }
   FAIL("no trajectory " << name);
   return -1;
@@ -97,23 +99,23 @@ TEST_CASE(
   for (const std::string file :
        {"3rrr.yaml", "spatial-rrr.yaml", "bricard.yaml", "spring-press.yaml", "stewart.yaml", "parallelogram.yaml"}) {
     CAPTURE(file);
-    Study study = read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
+    balance::Study study = balance::read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
     study.mechanism.friction.clear();  // with it, sticking or slipping is decided anew wherever efforts change
-    Trajectory trajectory = study.trajectories.at(0);
+    balance::Trajectory trajectory = study.trajectories.at(0);
     trajectory.samples = 21;
-    const RunResult result = simulate(study.mechanism, trajectory);
-    REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
+    const balance::RunResult result = balance::simulate(study.mechanism, trajectory);
+    REQUIRE_MESSAGE(result.outcome.status == balance::MotionStatus::done, result.outcome.reason);
     const VectorX efforts = result.torque.row(10).transpose();
-    Plant plant(study.mechanism);
+    balance::control::Plant plant(study.mechanism);
     REQUIRE(
         plant.start(0, result.joint_position.row(10).transpose(), result.joint_velocity.row(10).transpose()).status ==
-        MotionStatus::done);
+        balance::MotionStatus::done);
     const double step = trajectory.duration / 1000;
-    REQUIRE(plant.advance(step, efforts).status == MotionStatus::done);
+    REQUIRE(plant.advance(step, efforts).status == balance::MotionStatus::done);
     long requests = 0, looked = 0;
     for (int k = 2; k <= 40; ++k) {
       const long before = heap::requests(), choices = plant.cost().choices;
-      REQUIRE(plant.advance(step * k, efforts).status == MotionStatus::done);
+      REQUIRE(plant.advance(step * k, efforts).status == balance::MotionStatus::done);
       if (plant.cost().choices != choices) continue;
       requests += heap::requests() - before;
       ++looked;

@@ -166,7 +166,8 @@ TEST_CASE("natural coordinates refuse the same, at the same time (A1)") {
       for (const long samples : {2L, 64L, 101L}) {
         balance::Trajectory trajectory = study.trajectories.front();
         trajectory.samples = samples;
-        const balance::MotionOutcome outcome = balance::simulate_natural(study.mechanism, trajectory).outcome;
+        const balance::MotionOutcome outcome =
+            balance::verification::simulate_natural(study.mechanism, trajectory).outcome;
         INFO(copies << " copies, " << samples << " samples: " << outcome.reason);
         CHECK(outcome.status == (flat ? MotionStatus::constraint_singularity : MotionStatus::actuation_singularity));
         CHECK(std::abs(outcome.time - 0.5) < 1e-5);

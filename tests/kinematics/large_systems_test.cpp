@@ -9,6 +9,7 @@
 #include <string>
 
 using namespace balance;
+using namespace balance::kinematics;
 
 namespace {
 
@@ -70,12 +71,12 @@ TEST_CASE("the sparse matrix of all equations is the dense one") {
   drive.com = {0, 1};
   drive.linear = {find_coordinate_expression(m, tree, 0)};
   ConstraintSystem<Planar> system(tree, drive);
-  DriveSample target;
+  trajectory::DriveSample target;
   target.value = VectorX::LinSpaced(5, 0.1, 0.9);
   VectorX y = parallel(m, tree, tilt), residual, other;
   y += 0.1 * VectorX::Random(y.size());
   MatrixX dense;
-  SparseMatrix sparse;
+  numerics::SparseMatrix sparse;
   system.evaluate(y, target, residual, dense);
   system.evaluate(y, target, other, sparse);
   CHECK(residual == other);
@@ -88,7 +89,7 @@ TEST_CASE("twice as many loops have twice as many numbers to be stored and worke
     const Tree<Planar> tree = compile_tree<Planar>(m, {});
     ConstraintSystem<Planar> closures(tree, Drive<Planar>{});
     VectorX residual;
-    SparseMatrix jacobian;
+    numerics::SparseMatrix jacobian;
     closures.evaluate(parallel(m, tree, tilt), {}, residual, jacobian);
     return static_cast<double>(jacobian.nonZeros());
   };
@@ -101,7 +102,7 @@ TEST_CASE(
   for (const int loops : {20, 40}) {  // 41 coordinates are solved for as dense, 81 as sparse
     const Mechanism m = ladder(loops);
     const Tree<Planar> tree = compile_tree<Planar>(m, {});
-    PoseTarget pose;
+    trajectory::PoseTarget pose;
     pose.joints = {{0, 1.3}};
     const PoseEquations<Planar> from = make_pose_equations(m, tree, pose);
     ConstraintSystem<Planar> system(tree, from.drive);
@@ -125,7 +126,7 @@ TEST_CASE("a large row of loops with a rod too many has a rank that is one short
   m.coordinates = list_coordinates(m.space, m.joints);
   m.assembly.push_back({static_cast<int>(m.coordinates.size()) - 2, -tilt});
   const Tree<Planar> tree = compile_tree<Planar>(m, {});
-  REQUIRE(tree.columns > max_dense_columns);
+  REQUIRE(tree.columns > numerics::max_dense_columns);
   const VectorX y = parallel(m, tree, tilt);
   CHECK(find_generic_closure_rank(tree, y) == tree.closure_rows - 1);
 }
@@ -137,9 +138,9 @@ TEST_CASE(
   Drive<Planar> drive;
   drive.linear = {find_coordinate_expression(m, tree, 0)};
   KinematicEquations<Planar> equations(tree, drive, false);
-  Actuation<Planar> actuation(m, tree, 1);
+  dynamics::Actuation<Planar> actuation(m, tree, 1);
   TreeState<Planar> state(tree.nodes.size());
-  DriveSample target;
+  trajectory::DriveSample target;
   std::vector<double> residual(static_cast<std::size_t>(tree.columns));
   for (const double angle : {1.2, 0.6, 0.01}) {  // flat, all of them are singular
     const VectorX y = parallel(m, tree, angle);
@@ -160,7 +161,7 @@ TEST_CASE("the characteristic length is the largest distance of any two places o
   for (int k = 0; k < 300; ++k)
     m.bodies[0].points.push_back({"p", {std::cos(0.37 * k) * (1 + k % 7), std::sin(0.53 * k) * (1 + k % 5), 0}});
   double largest = 0;
-  for (const NamedPoint& p : m.bodies[0].points)
-    for (const NamedPoint& q : m.bodies[0].points) largest = std::max(largest, (p.position - q.position).norm());
+  for (const model::NamedPoint& p : m.bodies[0].points)
+    for (const model::NamedPoint& q : m.bodies[0].points) largest = std::max(largest, (p.position - q.position).norm());
   CHECK(characteristic_length(m) == largest);
 }

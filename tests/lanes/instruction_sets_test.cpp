@@ -82,7 +82,7 @@ TEST_CASE("every instruction set gives the bits of the baseline: linear systems"
         for (int l = 0; l < 8; ++l) entries[l * n * n + i] = middle + apart * entry(random);
       }
       for (double& value : right) value = entry(random);
-      BlockTriangular scalar;
+      numerics::BlockTriangular scalar;
       REQUIRE(scalar.analyse(places(Eigen::MatrixXi::Ones(n, n))));
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) scalar.at(i, j) = entries[i * n + j];

@@ -10,5 +10,6 @@ struct Probe {
   static constexpr int operation_results = 7;
   /// Eight systems of the scalar one's pattern (entries [sample][row][column]) for one right-hand side.
   /// @param out per sample quality, solution, solution of the transposed system
-  void (*solve)(const balance::BlockTriangular& scalar, const double* entries, const double* right, double* out);
+  void (*solve)(const balance::numerics::BlockTriangular& scalar, const double* entries, const double* right,
+                double* out);
 };

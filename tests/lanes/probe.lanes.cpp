@@ -21,8 +21,8 @@ void operations(const double* x, const double* y, double* out) {
   }
 }
 
-void solve(const balance::BlockTriangular& scalar, const double* entries, const double* right, double* out) {
-  balance::LaneBlockTriangular<Lanes> lanes(scalar);
+void solve(const balance::numerics::BlockTriangular& scalar, const double* entries, const double* right, double* out) {
+  balance::numerics::LaneBlockTriangular<Lanes> lanes(scalar);
   const int n = lanes.size(), width = 2 * n + 1;
   std::vector<Lanes> x(n), z(n);
   for (int k = 0; k < eight; k += Lanes::lanes) {

@@ -11,6 +11,8 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::kinematics;
+using namespace balance::lanes;
 
 namespace {
 
@@ -77,10 +79,11 @@ void check_torques(std::uint64_t seed) {
   const typename S::Vector gravity = to_vector<S>(vector(random));
   Table table(tree.columns, 1 + static_cast<long>(random() % 20), random);  // counts that fill no pack
   TreeState<S> state(tree.nodes.size());
-  std::vector<Wrench<S>> wrenches(tree.nodes.size());
+  std::vector<dynamics::Wrench<S>> wrenches(tree.nodes.size());
   std::vector<double> scalar(table.tau.size()), baseline;
   for (std::size_t k = 0; k < scalar.size(); k += tree.columns)
-    open_tree_inverse_dynamics<S>(tree, &table.y[k], &table.dy[k], &table.ddy[k], gravity, state, wrenches, &scalar[k]);
+    dynamics::open_tree_inverse_dynamics<S>(tree, &table.y[k], &table.dy[k], &table.ddy[k], gravity, state, wrenches,
+                                            &scalar[k]);
   double scale = 0;
   for (const double tau : scalar) scale = std::max(scale, std::abs(tau));
   for (const InstructionSet set : list_instruction_sets()) {

@@ -10,6 +10,7 @@
 #include <string>
 
 using namespace balance;
+using namespace balance::model;
 
 namespace {
 
@@ -133,7 +134,7 @@ TEST_CASE("forward dynamics with belts gives back the accelerations whose effort
       InverseDynamics inverse(arm, {.independent = {"J1", "J3"}});
       const auto found = inverse.at(q.head(2), dq.head(2), ddq.head(2));
       REQUIRE(found);
-      ForwardDynamics forward(arm, {.preferred = arm.actuators});
+      dynamics::ForwardDynamics forward(arm, {.preferred = arm.actuators});
       REQUIRE(forward.set_state(0, found.value.position, found.value.velocity).status == MotionStatus::done);
       CHECK(off(forward.acceleration(found.value.effort), found.value.acceleration) < 10 * rounding);
     }

@@ -30,7 +30,7 @@ struct Subject {
   }
 
   laws::Member member;
-  EquationTerms terms;
+  dynamics::EquationTerms terms;
   std::vector<CoordinateValue> near;
   VectorX q;
 };

@@ -15,17 +15,18 @@ TEST_CASE("both formulations agree on random planar mechanisms, in motion and on
     const auto experiment = random_experiment(SpaceKind::planar, seed);
     if (!experiment) continue;
     CAPTURE(seed);
-    const TrajectoryVerification moved = verify_trajectory(experiment->mechanism, experiment->trajectory);
+    const verification::TrajectoryVerification moved =
+        verification::verify_trajectory(experiment->mechanism, experiment->trajectory);
     CHECK(moved.tree.status == MotionStatus::done);
     CHECK_MESSAGE(moved.natural.status == MotionStatus::done, moved.natural.reason);
-    for (const QuantityDifference& difference : moved.differences) {
+    for (const verification::QuantityDifference& difference : moved.differences) {
       CAPTURE(difference.quantity);
       CHECK(difference.relative() <= 1e-9);  // none comes nearer to a singularity than a mobility of 0.02
     }
     Study study;
     study.mechanism = experiment->mechanism;
     study.trajectories = {experiment->trajectory};
-    const ConditionsVerification conditions = verify_conditions(study);
+    const verification::ConditionsVerification conditions = verification::verify_conditions(study);
     CHECK(conditions.reason.empty());
     CHECK(conditions.sampled == conditions.coefficients);
     CHECK(conditions.subspace_angle_sine < 1e-9);

@@ -14,7 +14,7 @@ using namespace laws;
 
 namespace {
 
-constexpr double tolerance = 3e-5;  // accelerations by differences, as in momentum_test.cpp
+constexpr double relative_tolerance = 3e-5;  // accelerations by differences, as in momentum_test.cpp
 
 /// Largest reaction, weight and inertia force of the run [N].
 double scale_of(const Run& run, const Cloud& points) {
@@ -43,8 +43,8 @@ TEST_CASE("joints, springs, loads and weight give every body the rate of its mom
         moment.see((run.result.axes == 2 ? Vector3(0, 0, m.z()) : m).norm() / (scale * run.length()), k);
       }
     }
-    CHECK_MESSAGE(force.error < tolerance, run.name << " sample " << force.sample << ": " << force.error);
-    CHECK_MESSAGE(moment.error < tolerance, run.name << " sample " << moment.sample << ": " << moment.error);
+    CHECK_MESSAGE(force.error < relative_tolerance, run.name << " sample " << force.sample << ": " << force.error);
+    CHECK_MESSAGE(moment.error < relative_tolerance, run.name << " sample " << moment.sample << ": " << moment.error);
   });
 }
 
@@ -52,17 +52,17 @@ TEST_CASE("the ground's joints, springs and discs carry what the frame is said t
   for_each_run(101, [](const Run& run) {
     const Cloud points = cloud(run);
     const double scale = scale_of(run, points);
-    const auto on_ground = [](const balance::Disc& disc) { return disc.body == balance::ground; };
+    const auto on_ground = [](const balance::Disc& disc) { return disc.body == balance::model::ground; };
     const bool discs = std::any_of(run.mechanism.discs.begin(), run.mechanism.discs.end(), on_ground);
     Worst force, moment;
     for (long k = 0; k < run.samples(); ++k) {
       if (discs && !run.smooth[k]) continue;
-      Total felt = reactions(run, k)[balance::ground];
-      for (const Total& other : {springs(run, k)[balance::ground], keepers(run, k)[balance::ground]})
+      Total felt = reactions(run, k)[balance::model::ground];
+      for (const Total& other : {springs(run, k)[balance::model::ground], keepers(run, k)[balance::model::ground]})
         felt.force += other.force, felt.moment += other.moment;
       if (discs) {
-        const Total weight = weights(run, points, k)[balance::ground],
-                    rate = momentum_rates(run, points, k)[balance::ground];
+        const Total weight = weights(run, points, k)[balance::model::ground],
+                    rate = momentum_rates(run, points, k)[balance::model::ground];
         felt.force += weight.force - rate.force, felt.moment += weight.moment - rate.moment;
       }
       force.see((felt.force - run.row(run.result.ground_force, k)).norm() / scale, k);
@@ -70,7 +70,7 @@ TEST_CASE("the ground's joints, springs and discs carry what the frame is said t
       const Vector3 off = about - run.moment(run.result.ground_moment, k);
       moment.see((run.result.axes == 2 ? std::abs(off.z()) : off.norm()) / (scale * run.length()), k);
     }
-    const double allowed = discs ? tolerance : 1e-9;
+    const double allowed = discs ? relative_tolerance : 1e-9;
     CHECK_MESSAGE(force.error < allowed, run.name << " sample " << force.sample << ": " << force.error);
     CHECK_MESSAGE(moment.error < allowed, run.name << " sample " << moment.sample << ": " << moment.error);
   });
@@ -114,10 +114,10 @@ Motion unit_motion(const Run& run, long k, const balance::Joint& joint, int inde
 std::set<int> geared(const Mechanism& mechanism) {
   std::set<int> out;
   for (const balance::Coupling& coupling : mechanism.couplings)
-    for (out.insert(coupling.follower); const balance::CoordinateTerm& term : coupling.leader.terms)
+    for (out.insert(coupling.follower); const balance::model::CoordinateTerm& term : coupling.leader.terms)
       out.insert(term.coordinate);
   for (const balance::Disc& disc : mechanism.discs)
-    for (const balance::CoordinateTerm& term : disc.follows.terms) out.insert(term.coordinate);
+    for (const balance::model::CoordinateTerm& term : disc.follows.terms) out.insert(term.coordinate);
   return out;
 }
 
@@ -135,7 +135,7 @@ TEST_CASE(
       const VectorX q = run.result.joint_position.row(k).transpose();
       for (int c = 0; c < static_cast<int>(m.coordinates.size()); ++c) {
         const balance::Coordinate& coordinate = m.coordinates[c];
-        if (skipped.count(c) || balance::is_rolling(m.joints[coordinate.joint].type)) continue;
+        if (skipped.count(c) || balance::model::is_rolling(m.joints[coordinate.joint].type)) continue;
         const Motion unit =
             unit_motion(run, k, m.joints[coordinate.joint], coordinate.index, q.data() + c - coordinate.index);
         double passed = run.row(run.result.joint_force, k, coordinate.joint).dot(unit.slide) +

@@ -16,6 +16,7 @@
 
 using namespace laws;
 using namespace balance;
+using namespace balance::results;
 
 namespace {
 
@@ -27,18 +28,18 @@ struct Tracked {
 /// The samples, in groups with one of the instruction sets or without groups.
 template <class S>
 Tracked follow(const Run& run, std::optional<InstructionSet> set) {
-  const Trajectory trajectory = resolve_trajectory(run.mechanism, run.trajectory).trajectory;
-  const CompiledMotion<S> motion(run.mechanism, trajectory);
-  TreeMotionSource<S> source(run.mechanism, motion, trajectory.about, Detail::all);
+  const Trajectory trajectory = time_optimal::resolve_trajectory(run.mechanism, run.trajectory).trajectory;
+  const kinematics::CompiledMotion<S> motion(run.mechanism, trajectory);
+  dynamics::TreeMotionSource<S> source(run.mechanism, motion, trajectory.about, dynamics::Detail::all);
   Tracked out;
   name_columns(run.mechanism, out.result);
   resize_arrays(run.mechanism, trajectory.samples, {}, out.result);
   ResultRecorder recorder(out.result);
-  const auto record = [&](MotionSource& leader) {
-    CHECK(visit_time_grid(leader, trajectory.samples, [&](const TimeGridPoint& stop) {
+  const auto record = [&](trajectory::MotionSource& leader) {
+    CHECK(visit_time_grid(leader, trajectory.samples, [&](const trajectory::TimeGridPoint& stop) {
       if (!leader.evaluate()) return false;
       if (!set) source.evaluator().sample().mobility = source.stepper().mobility();
-      if (stop.kind == TimeGridPoint::Kind::sample) recorder.write(leader.sample(), stop.index, out.result);
+      if (stop.kind == trajectory::TimeGridPoint::Kind::sample) recorder.write(leader.sample(), stop.index, out.result);
       return true;
     }));
   };
@@ -46,14 +47,15 @@ Tracked follow(const Run& run, std::optional<InstructionSet> set) {
     record(source);
     return out;
   }
-  GroupStepper<S> leader(source, trajectory.samples, *set);
+  simulation::GroupStepper<S> leader(source, trajectory.samples, *set);
   record(leader);
   out.in_groups = leader.group_step_count();
   return out;
 }
 
 Tracked follow(const Run& run, std::optional<InstructionSet> set) {
-  return run.mechanism.space == SpaceKind::planar ? follow<Planar>(run, set) : follow<Spatial>(run, set);
+  return run.mechanism.space == SpaceKind::planar ? follow<kinematics::Planar>(run, set)
+                                                  : follow<kinematics::Spatial>(run, set);
 }
 
 bool same_bits(const Samples& a, const Samples& b) {

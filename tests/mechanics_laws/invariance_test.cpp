@@ -60,7 +60,7 @@ TEST_CASE("moving and turning the ground with all that acts on it leaves efforts
     if (moved.result.outcome.status != balance::MotionStatus::done) return;
     const RunResult &a = run.result, &b = moved.result;
     const double force =
-        force_scale(run, cloud(run)) + balance::total_mass(run.mechanism) * run.mechanism.gravity.norm();
+        force_scale(run, cloud(run)) + balance::model::total_mass(run.mechanism) * run.mechanism.gravity.norm();
     // positions are solved to 1e-12, forces follow with the condition of the equations and the size of the accelerations
     CHECK_MESSAGE(difference(a.joint_position, b.joint_position, 1) < 1e-9, run.name);
     CHECK_MESSAGE(difference(a.torque, b.torque, force * length) < 1e-9, run.name);
@@ -85,7 +85,7 @@ TEST_CASE("a mechanism that stands a thousand times its size away moves and cost
     const Run moved = laws::run(run.name + ", far away", there.mechanism, there.trajectory);
     if (moved.result.outcome.status != balance::MotionStatus::done) return;
     const double force =
-        force_scale(run, cloud(run)) + balance::total_mass(run.mechanism) * run.mechanism.gravity.norm();
+        force_scale(run, cloud(run)) + balance::model::total_mass(run.mechanism) * run.mechanism.gravity.norm();
     // round-off of positions grows a thousandfold
     CHECK_MESSAGE(difference(run.result.torque, moved.result.torque, force * run.length()) < 1e-7, run.name);
     CHECK_MESSAGE(difference(run.result.shaking_force, moved.result.shaking_force, force) < 1e-7, run.name);
@@ -173,13 +173,13 @@ Experiment mirrored(Experiment e) {
     if (m.coordinates[value.coordinate].kind == balance::CoordinateKind::angle) value.value = -value.value;
   };
   for (auto& rough : m.assembly) turn_back(rough);
-  for (balance::PoseTarget* pose : {&e.trajectory.from, &e.trajectory.to}) {
+  for (balance::trajectory::PoseTarget* pose : {&e.trajectory.from, &e.trajectory.to}) {
     if (pose->tool) flip(*pose->tool);
     if (pose->com) flip(*pose->com);
     if (pose->angle) pose->angle = -*pose->angle;
     for (auto& joint : pose->joints) turn_back(joint);
   }
-  if (auto* circle = std::get_if<balance::CirclePath>(&e.trajectory.path))
+  if (auto* circle = std::get_if<balance::trajectory::CirclePath>(&e.trajectory.path))
     flip(circle->centre), circle->angle = -circle->angle;
   flip(e.trajectory.about);
   return e;

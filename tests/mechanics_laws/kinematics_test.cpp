@@ -21,7 +21,7 @@ TEST_CASE("every joint's coordinates say how its two bodies lie to each other, s
       for (const balance::Joint& joint : run.mechanism.joints) {
         const VectorX q = run.result.joint_position.row(k).transpose();
         const Pose d = displacement(joint, run.result.axes == 2, q.data() + c);
-        c += balance::joint_degrees_of_freedom(joint.type);
+        c += balance::model::joint_degrees_of_freedom(joint.type);
         const Pose &a = run.poses[k][joint.first], &b = run.poses[k][joint.second];
         const Vector3 P = a.p + a.R * (joint.point_first + d.p), Q = b.p + b.R * joint.point_second;
         worst.see((Q - P).norm() / run.length(), k);
@@ -100,9 +100,10 @@ double off_course(const Samples& array, const VectorX& s, long columns) {
 TEST_CASE("what is driven goes straight from its start to its end by the law") {
   for_each_run(101, [](const Run& run) {
     const balance::Trajectory& t = run.trajectory;
-    if (!std::holds_alternative<balance::LinePath>(t.path)) return;
+    if (!std::holds_alternative<balance::trajectory::LinePath>(t.path)) return;
     VectorX s(run.samples());
-    for (long k = 0; k < run.samples(); ++k) s[k] = balance::evaluate(t.law, run.result.time[k] / t.duration).s;
+    for (long k = 0; k < run.samples(); ++k)
+      s[k] = balance::trajectory::evaluate(t.law, run.result.time[k] / t.duration).s;
     const long position = std::min<long>(run.result.axes, static_cast<long>(run.mechanism.actuators.size()));
     const double allowed = 1e-10 * run.length();
     if (t.drive == balance::DriveKind::com)

@@ -147,9 +147,9 @@ TEST_CASE("a chain of twenty bars has the force conditions that follow from its 
   CHECK(conditions.rank == 40);
   // body b's row for mx: mx_b + 0.2 (m_{b+1} + … + m_20) = 0
   for (int r = 0; r < conditions.rank; ++r) {
-    const Parameter& pivot = conditions.parameters[conditions.pivots[r]];
+    const dynamics::Parameter& pivot = conditions.parameters[conditions.pivots[r]];
     for (int p = 0; p < conditions.matrix.cols(); ++p) {
-      const Parameter& other = conditions.parameters[p];
+      const dynamics::Parameter& other = conditions.parameters[p];
       double want = p == conditions.pivots[r] ? 1 : 0;
       if (pivot.symbol == "mx" && other.symbol == "m" && other.index > pivot.index) want = 0.2;
       CHECK(std::abs(conditions.matrix(r, p) - want) < 1e-10);

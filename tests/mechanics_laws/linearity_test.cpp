@@ -17,20 +17,21 @@ namespace {
 template <class S>
 void check_linear(const std::string& name, const Mechanism& mechanism, std::mt19937& random) {
   using namespace balance;
-  const Tree<S> tree = compile_tree<S>(mechanism, {});
+  const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, {});
   std::uniform_real_distribution<double> uniform(-2, 2);
   for (int trial = 0; trial < 5; ++trial) {
     VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns), tau(tree.columns);
     for (VectorX* v : {&y, &dy, &ddy})
       for (double& x : *v) x = uniform(random);
-    TreeState<S> state(tree.nodes.size());
+    kinematics::TreeState<S> state(tree.nodes.size());
     compute_poses(tree, y.data(), state);
     compute_velocities(tree, dy.data(), state);
-    compute_accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
-    std::vector<Wrench<S>> wrenches(tree.nodes.size());
+    kinematics::compute_accelerations<S>(tree, dy.data(), ddy.data(), -kinematics::to_vector<S>(mechanism.gravity),
+                                         state);
+    std::vector<dynamics::Wrench<S>> wrenches(tree.nodes.size());
     inverse_dynamics(tree, state, wrenches, tau.data());
-    const VectorX pi = list_inertial_parameters<S>(tree);
-    const InertiaRegressor<S> Y = compute_regressor<S>(tree, state);
+    const VectorX pi = dynamics::list_inertial_parameters<S>(tree);
+    const dynamics::InertiaRegressor<S> Y = dynamics::compute_regressor<S>(tree, state);
     REQUIRE(Y.torque.cols() == pi.size());
     const auto near = [&](const VectorX& got, const VectorX& want, const MatrixX& rows) {
       const double scale = (rows.cwiseAbs() * pi.cwiseAbs()).maxCoeff();  // what cancels on the way
@@ -38,7 +39,7 @@ void check_linear(const std::string& name, const Mechanism& mechanism, std::mt19
     };
     near(Y.torque * pi, tau, Y.torque);
     near(Y.force * pi, wrenches[0].force, Y.force);
-    if constexpr (std::is_same_v<S, Planar>)
+    if constexpr (std::is_same_v<S, kinematics::Planar>)
       near(Y.moment * pi, VectorX::Constant(1, wrenches[0].moment), Y.moment);
     else
       near(Y.moment * pi, wrenches[0].moment, Y.moment);
@@ -53,9 +54,9 @@ TEST_CASE("the regressor of random mechanisms too") {
     for (const balance::SpaceKind space : {balance::SpaceKind::planar, balance::SpaceKind::spatial})
       if (const auto experiment = random_experiment(space, seed)) {
         if (space == balance::SpaceKind::planar)
-          check_linear<balance::Planar>(experiment->mechanism.name, experiment->mechanism, random);
+          check_linear<balance::kinematics::Planar>(experiment->mechanism.name, experiment->mechanism, random);
         else
-          check_linear<balance::Spatial>(experiment->mechanism.name, experiment->mechanism, random);
+          check_linear<balance::kinematics::Spatial>(experiment->mechanism.name, experiment->mechanism, random);
       }
 }
 
@@ -64,9 +65,9 @@ TEST_CASE("the regressor times the inertial parameters gives the recursion's tor
   for (const std::string& file : config_names()) {
     const Mechanism mechanism = load(file).mechanism;
     if (mechanism.space == balance::SpaceKind::planar)
-      check_linear<balance::Planar>(file, mechanism, random);
+      check_linear<balance::kinematics::Planar>(file, mechanism, random);
     else
-      check_linear<balance::Spatial>(file, mechanism, random);
+      check_linear<balance::kinematics::Spatial>(file, mechanism, random);
   }
 }
 
@@ -112,7 +113,7 @@ TEST_CASE(
       const Samples sum = runs[1].result.*what + runs[2].result.*what - runs[0].result.*what;
       return (sum - runs[3].result.*what).cwiseAbs().maxCoeff();
     };
-    const double force = force_scale(runs[3], cloud(runs[3])) + balance::total_mass(base) * base.gravity.norm();
+    const double force = force_scale(runs[3], cloud(runs[3])) + balance::model::total_mass(base) * base.gravity.norm();
     CHECK_MESSAGE(open(&RunResult::shaking_force) < 1e-10 * force, file);
     CHECK_MESSAGE(open(&RunResult::shaking_moment) < 1e-10 * force * runs[0].length(), file);
     CHECK_MESSAGE(open(&RunResult::torque) <

@@ -10,6 +10,7 @@
 namespace laws {
 
 using namespace balance;
+using namespace balance::kinematics;
 
 std::string Findings::text() const {
   std::string out;
@@ -55,13 +56,13 @@ void regress(const Mechanism& mechanism, Findings& findings) {
   for (VectorX* v : {&y, &dy, &ddy})
     for (double& x : *v) x = 4 * (random() * 0x1p-32) - 2;
   TreeState<S> state(tree.nodes.size());
-  balance::compute_poses(tree, y.data(), state);
+  balance::kinematics::compute_poses(tree, y.data(), state);
   compute_velocities(tree, dy.data(), state);
   compute_accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
-  std::vector<Wrench<S>> wrenches(tree.nodes.size());
+  std::vector<dynamics::Wrench<S>> wrenches(tree.nodes.size());
   inverse_dynamics(tree, state, wrenches, tau.data());
-  const VectorX pi = list_inertial_parameters<S>(tree);
-  const InertiaRegressor<S> Y = compute_regressor<S>(tree, state);
+  const VectorX pi = dynamics::list_inertial_parameters<S>(tree);
+  const dynamics::InertiaRegressor<S> Y = dynamics::compute_regressor<S>(tree, state);
   const double scale = std::max(1e-300, (Y.torque.cwiseAbs() * pi.cwiseAbs()).maxCoeff());
   findings.see("regressor of efforts", (Y.torque * pi - tau).cwiseAbs().maxCoeff() / scale, 1e-12);
   findings.see(

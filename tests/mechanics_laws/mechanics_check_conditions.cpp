@@ -10,6 +10,7 @@
 namespace laws {
 
 using namespace balance;
+using namespace balance::dynamics;
 
 namespace {
 

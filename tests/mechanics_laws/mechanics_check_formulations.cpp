@@ -24,7 +24,7 @@ bool more_motors(const Run& run) {
 
 void judge_formulations(const Run& run, Findings& findings) {
   if (run.mechanism.space != SpaceKind::planar) return;
-  const RunResult other = simulate_natural(run.mechanism, run.trajectory);
+  const RunResult other = verification::simulate_natural(run.mechanism, run.trajectory);
   if (other.outcome.status != MotionStatus::done)
     return findings.say("natural coordinates refuse: " + other.outcome.reason);
   const RunResult& one = run.result;
@@ -54,7 +54,7 @@ bool rubs_dry_on_a_sum(const Mechanism& mechanism) {
 
 void judge_forward(const Run& run, Findings& findings) {
   if (rubs_dry_on_a_sum(run.mechanism)) return;
-  ForwardDynamics forward(run.mechanism);
+  dynamics::ForwardDynamics forward(run.mechanism);
   const RunResult& r = run.result;
   for (const long k : {run.samples() / 3, 2 * run.samples() / 3}) {
     const VectorX q = r.joint_position.row(k).transpose(), v = r.joint_velocity.row(k).transpose(),

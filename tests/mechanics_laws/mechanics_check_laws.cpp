@@ -125,10 +125,10 @@ class Books {
     std::set<int> geared;
     for (const Coupling& coupling : m.couplings) {
       geared.insert(coupling.follower);
-      for (const CoordinateTerm& term : coupling.leader.terms) geared.insert(term.coordinate);
+      for (const model::CoordinateTerm& term : coupling.leader.terms) geared.insert(term.coordinate);
     }
     for (const Disc& disc : m.discs)
-      for (const CoordinateTerm& term : disc.follows.terms) geared.insert(term.coordinate);
+      for (const model::CoordinateTerm& term : disc.follows.terms) geared.insert(term.coordinate);
     const VectorX q = run_.result.joint_position.row(k_).transpose();
     for (int c = 0; c < static_cast<int>(m.coordinates.size()); ++c) {
       if (geared.count(c)) continue;

@@ -45,7 +45,7 @@ TEST_CASE("the centre of mass is that of all moving points, and its velocity and
   for_each_run(401, [](const Run& run) {
     const Cloud points = cloud(run);
     const double mass = std::accumulate(points.mass.begin(), points.mass.end(), 0.0), h = run.step();
-    CHECK(balance::total_mass(run.mechanism) == doctest::Approx(mass).epsilon(1e-12));
+    CHECK(balance::model::total_mass(run.mechanism) == doctest::Approx(mass).epsilon(1e-12));
     double v = 1e-9 * run.length() / h / 400, a = force_scale(run, points) / mass;
     Worst place, velocity, acceleration;
     for (long k = 0; k < run.samples(); ++k) v = std::max(v, run.row(run.result.com_velocity, k).norm());

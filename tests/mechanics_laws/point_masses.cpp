@@ -22,7 +22,8 @@ struct Lump {
 /// Pairs of points on the principal axes: with n points of m / n each at ± d on axis k, ∫ x_k² dm = 2 m d² / n.
 void spread(int body, const balance::Disc* disc, double mass, const Vector3& com, const Matrix3& inertia, bool planar,
             std::vector<Lump>& lumps) {
-  if ((mass == 0 && inertia.isZero(0)) || (body == balance::ground && !disc)) return;  // a disc turns on the ground too
+  if ((mass == 0 && inertia.isZero(0)) || (body == balance::model::ground && !disc))
+    return;         // a disc turns on the ground too
   if (mass == 0) {  // inertia alone: what a mass does, less itself at its centre
     mass = 1;
     lumps.push_back({body, disc, -mass, com});
@@ -111,11 +112,11 @@ std::vector<Total> weights(const Run& run, const Cloud& cloud, long k) {
 std::vector<Total> loads(const Run& run, long k) {
   std::vector<Total> out(run.mechanism.bodies.size());
   for (const balance::Load& load : run.mechanism.loads) {
-    if (load.body == balance::ground) continue;
+    if (load.body == balance::model::ground) continue;
     const Pose& pose = run.poses[k][load.body];
     Vector3 force, moment;
     interpolate(load, run.result.time[k], force, moment);
-    if (load.frame == balance::Frame::body) force = pose.R * force, moment = pose.R * moment;
+    if (load.frame == balance::model::Frame::body) force = pose.R * force, moment = pose.R * moment;
     out[load.body].add(force, pose.p + pose.R * load.point, moment);
   }
   return out;
@@ -137,10 +138,10 @@ std::vector<Total> springs(const Run& run, long k) {
 }
 
 std::vector<Total> keepers(const Run& run, long k) {
-  using Of = balance::GeneralisedSpeedTerm::Kind;
+  using Of = balance::model::GeneralisedSpeedTerm::Kind;
   std::vector<Total> out(run.mechanism.bodies.size());
   for (std::size_t c = 0; c < run.mechanism.constraints.size(); ++c)
-    for (const balance::GeneralisedSpeedTerm& term : run.mechanism.constraints[c].terms) {
+    for (const balance::model::GeneralisedSpeedTerm& term : run.mechanism.constraints[c].terms) {
       if (term.kind == Of::coordinate) continue;
       const Pose& pose = run.poses[k][term.body];
       const bool own = term.kind == Of::velocity_body || term.kind == Of::angular_velocity_body;
@@ -150,7 +151,7 @@ std::vector<Total> keepers(const Run& run, long k) {
       const bool turns = term.kind == Of::angular_velocity || term.kind == Of::angular_velocity_body;
       const Vector3 none = Vector3::Zero();
       out[term.body].add(turns ? none : push, P, turns ? push : none);
-      out[balance::ground].add(turns ? none : Vector3(-push), P, turns ? Vector3(-push) : none);
+      out[balance::model::ground].add(turns ? none : Vector3(-push), P, turns ? Vector3(-push) : none);
     }
   return out;
 }

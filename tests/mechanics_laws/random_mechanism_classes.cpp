@@ -161,12 +161,12 @@ class ClassMaker {
 
   static bool leads(const Coupling& coupling, int coordinate) {
     return std::any_of(coupling.leader.terms.begin(), coupling.leader.terms.end(),
-                       [&](const CoordinateTerm& term) { return term.coordinate == coordinate; });
+                       [&](const model::CoordinateTerm& term) { return term.coordinate == coordinate; });
   }
 
   /// The coordinate, every other time with a second one over which its belt runs.
-  CoordinateCombination belt(int coordinate, int but) {
-    CoordinateCombination out = coordinate;
+  model::CoordinateCombination belt(int coordinate, int but) {
+    model::CoordinateCombination out = coordinate;
     const int other = static_cast<int>(belts_() % static_cast<unsigned>(coordinates()));
     const bool follows = std::any_of(m_.couplings.begin(), m_.couplings.end(),
                                      [&](const Coupling& coupling) { return coupling.follower == other; });
@@ -181,7 +181,7 @@ class ClassMaker {
     for (const Coupling& other : m_.couplings)
       if (other.follower == follower || leads(other, follower) || other.follower == leader) return;
     const double ratio = chance(0.5) ? number(0.5, 2) : -number(0.5, 2);
-    const CoordinateCombination led_by = belt(leader, follower);
+    const model::CoordinateCombination led_by = belt(leader, follower);
     m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.evaluate(start_)});
     const MatrixX space = allowed();
     if (space.cols() == null_space_.cols() - 1)
@@ -213,12 +213,13 @@ class ClassMaker {
     const int bodies = static_cast<int>(m_.bodies.size());
     const Vector3 moment = planar_ ? Vector3(0, 0, 1) : direction();
     if (chance(0.7))
-      m_.loads.push_back({"push", 1 + pick(bodies - 1), 0.3 * anywhere(), Frame::body, {}, {5 * anywhere()}, {moment}});
+      m_.loads.push_back(
+          {"push", 1 + pick(bodies - 1), 0.3 * anywhere(), model::Frame::body, {}, {5 * anywhere()}, {moment}});
     if (chance(0.5))
       m_.loads.push_back({"pull",
                           1 + pick(bodies - 1),
                           0.3 * anywhere(),
-                          Frame::world,
+                          model::Frame::world,
                           {0.2, 0.5},
                           {5 * anywhere(), 5 * anywhere()},
                           {moment, -moment}});

@@ -11,6 +11,7 @@
 namespace laws {
 
 using namespace balance;
+using namespace balance::model;
 
 namespace {
 

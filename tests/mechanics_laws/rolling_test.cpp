@@ -27,10 +27,10 @@ Study skating_arm() {
   const Tool& tool = *study.mechanism.tool;
   study.mechanism.constraints.push_back(
       {"edge",
-       {{GeneralisedSpeedTerm::Kind::velocity_body, 2, 1, tool.body, tool.position},
-        {GeneralisedSpeedTerm::Kind::angular_velocity_body, 0, 0.3, tool.body, tool.position},
-        {GeneralisedSpeedTerm::Kind::angular_velocity, 2, -0.1, tool.body, tool.position},
-        {GeneralisedSpeedTerm::Kind::coordinate, 1, 0.2, 0, Vector3::Zero()}}});
+       {{model::GeneralisedSpeedTerm::Kind::velocity_body, 2, 1, tool.body, tool.position},
+        {model::GeneralisedSpeedTerm::Kind::angular_velocity_body, 0, 0.3, tool.body, tool.position},
+        {model::GeneralisedSpeedTerm::Kind::angular_velocity, 2, -0.1, tool.body, tool.position},
+        {model::GeneralisedSpeedTerm::Kind::coordinate, 1, 0.2, 0, Vector3::Zero()}}});
   study.mechanism.actuators.pop_back();
   Trajectory& motion = study.trajectories.front();
   motion = {};
@@ -50,7 +50,7 @@ void check_ways_agree(const Study& study, const Trajectory& trajectory) {
   const Mechanism& mechanism = study.mechanism;
   const RunResult run = simulate(mechanism, trajectory);
   REQUIRE_MESSAGE(run.outcome.status == MotionStatus::done, run.outcome.reason);
-  Plant plant(mechanism);
+  control::Plant plant(mechanism);
   const Eigen::Index last = run.time.size() - 1;
   for (const Eigen::Index k : {last / 5, last / 2, last - last / 7}) {
     const VectorX q = run.joint_position.row(k), dq = run.joint_velocity.row(k), effort = run.torque.row(k);
@@ -115,7 +115,7 @@ TEST_CASE(
   cart.inertia(2, 2) = cart.mass * 0.04 - 0.004;  // less what both wheels have about their own axes
   const Conditions found = derive_conditions(study.mechanism, {{GoalKind::decoupled}});
   REQUIRE(found.status == ConditionsStatus::done);
-  CHECK(largest(scaled_residuals(found, term_values(study.mechanism, {}))) < 1e-12);
+  CHECK(largest(scaled_residuals(found, conditions::term_values(study.mechanism, {}))) < 1e-12);
   Trajectory trajectory = study.trajectories.front();
   trajectory.to.joints.back().value = 0;  // the right wheel stands still
   const RunResult run = simulate(study.mechanism, trajectory);

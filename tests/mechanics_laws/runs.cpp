@@ -50,13 +50,13 @@ std::vector<Pose> poses(const Mechanism& mechanism, const VectorX& q) {
   const bool planar = mechanism.space == balance::SpaceKind::planar;
   std::vector<Pose> world(mechanism.bodies.size());
   std::vector<bool> known(mechanism.bodies.size(), false);
-  known[balance::ground] = true;
+  known[balance::model::ground] = true;
   for (bool more = true; more;) {
     more = false;
     std::size_t c = 0;
     for (const balance::Joint& joint : mechanism.joints) {
       const double* values = q.data() + c;
-      c += static_cast<std::size_t>(balance::joint_degrees_of_freedom(joint.type));
+      c += static_cast<std::size_t>(balance::model::joint_degrees_of_freedom(joint.type));
       if (known[joint.first] == known[joint.second]) continue;
       const Pose d = displacement(joint, planar, values);
       if (known[joint.first]) {
@@ -117,7 +117,7 @@ Run attempt(const std::string& name, const Mechanism& mechanism, const balance::
   for (long k = 0; k < N; ++k) {
     out.poses.push_back(poses(mechanism, out.result.joint_position.row(k).transpose()));
     bool smooth = k >= 3 && k < N - 3;
-    for (const double tau : balance::find_acceleration_jumps(trajectory.law))
+    for (const double tau : balance::trajectory::find_acceleration_jumps(trajectory.law))
       smooth = smooth && std::abs(tau * T - out.result.time[k]) > 2.999999 * h;
     out.smooth.push_back(smooth);
   }

@@ -41,7 +41,7 @@ struct Run {
 
   long samples() const { return result.time.size(); }
   double step() const { return result.time[1] - result.time[0]; }
-  double length() const { return balance::characteristic_length(mechanism); }
+  double length() const { return balance::model::characteristic_length(mechanism); }
   Vector3 row(const Samples& array, long k,
               long vector = 0) const;  ///< vector number `vector` of a row (axes columns each)
   Vector3 moment(const Samples& array, long k, long vector = 0) const;  ///< planar: along z

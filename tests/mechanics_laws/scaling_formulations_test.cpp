@@ -50,22 +50,22 @@ TEST_CASE("natural coordinates scale over twelve decades of lengths and eighteen
     if (study.mechanism.space != SpaceKind::planar || has_velocity_constraints(study.mechanism)) continue;
     for (Trajectory trajectory : study.trajectories) {
       trajectory.samples = 11;
-      const RunResult here = simulate_natural(study.mechanism, trajectory);
+      const RunResult here = verification::simulate_natural(study.mechanism, trajectory);
       const double mobility = run(file, study.mechanism, trajectory).result.mobility.minCoeff();
       for (const Units& by : corners) {
         INFO(file << ": " << trajectory.name << ", lengths times " << by.length << ", masses times " << by.mass);
         const Experiment there = scaled({study.mechanism, trajectory}, by);
-        compare(study.mechanism, here, simulate_natural(there.mechanism, there.trajectory), by, trajectory.duration,
-                1e-9 / std::min(1.0, 10 * mobility));
+        compare(study.mechanism, here, verification::simulate_natural(there.mechanism, there.trajectory), by,
+                trajectory.duration, 1e-9 / std::min(1.0, 10 * mobility));
       }
     }
   }
 }
 
 TEST_CASE("controlled runs scale over twelve decades of lengths and eighteen of masses") {
-  const std::vector<Controller> all = built_in_controllers();
+  const std::vector<Controller> all = study::built_in_controllers();
   const auto computed_torque = std::find_if(
-      all.begin(), all.end(), [](const Controller& c) { return c.type == ControllerType::computed_torque; });
+      all.begin(), all.end(), [](const Controller& c) { return c.type == study::ControllerType::computed_torque; });
   for (const std::string file : {"3rrr.yaml", "control-5r.yaml", "control-rrr.yaml", "slider-crank.yaml",
                                  "spatial-rrr.yaml", "delta.yaml", "double-pendulum.yaml"}) {
     const Study study = load(file);

@@ -55,9 +55,9 @@ double unit_of(const std::string& path, const Units& by) {
 }
 
 /// What a spec's expressions say of every number, in another size: its inputs are divided by their units and what they make is scaled.
-std::shared_ptr<const balance::Recording> scaled(const balance::Recording& from, const VectorX& units,
-                                                 const Units& by) {
-  const auto to = std::make_shared<balance::Recording>();
+std::shared_ptr<const balance::study::Recording> scaled(const balance::study::Recording& from, const VectorX& units,
+                                                        const Units& by) {
+  const auto to = std::make_shared<balance::study::Recording>();
   std::vector<balance::Expression> inputs;
   for (const double value : from.inputs) {
     const auto number = std::find(from.free.begin(), from.free.end(), static_cast<int>(inputs.size()));
@@ -66,7 +66,7 @@ std::shared_ptr<const balance::Recording> scaled(const balance::Recording& from,
     inputs.push_back(balance::Expression::input(to->graph, value * unit) / unit);
   }
   to->free = from.free;
-  const balance::RecordedValues<balance::Expression> values(from, inputs);
+  const balance::study::RecordedValues<balance::Expression> values(from, inputs);
   const auto mechanism = values.mechanism();
   to->mechanism = laws::scaled({mechanism, {}}, by).mechanism;
   for (const auto& t : values.trajectories()) to->trajectories.push_back(laws::scaled({mechanism, t}, by).trajectory);
@@ -98,10 +98,11 @@ TEST_CASE("motions and forces scale over twelve decades of lengths and eighteen 
         if (other.result.outcome.status != balance::MotionStatus::done) continue;
         INFO(one.name << ", lengths times " << by.length << ", masses times " << by.mass);
         const RunResult &a = one.result, &b = other.result;
-        const auto* stops = std::get_if<balance::WaypointPath>(&trajectory.path);
+        const auto* stops = std::get_if<balance::trajectory::WaypointPath>(&trajectory.path);
         const double legs = stops == nullptr ? 1 : 1 + static_cast<double>(stops->points.size());
         const double L = one.length(), T = trajectory.duration / legs;
-        const double force = a.joint_force.cwiseAbs().maxCoeff() + balance::total_mass(one.mechanism) * L / (T * T);
+        const double force =
+            a.joint_force.cwiseAbs().maxCoeff() + balance::model::total_mass(one.mechanism) * L / (T * T);
         // positions are solved to 1e-12; what follows from them loses the condition of the equations
         const double allowed = 1e-9 / std::min(1.0, 10 * a.mobility.minCoeff());
         for (long c = 0; c < a.joint_position.cols(); ++c) {
@@ -147,7 +148,7 @@ TEST_CASE("a check finds the same freedoms, loops and assembly modes in every si
       CHECK(a.redundant == b.redundant);
       CHECK(a.passive_freedoms == b.passive_freedoms);
       CHECK(b.total_mass == doctest::Approx(a.total_mass * by.mass).epsilon(1e-12));
-      CHECK((b.com / by.length - a.com).norm() < 1e-9 * balance::characteristic_length(study.mechanism));
+      CHECK((b.com / by.length - a.com).norm() < 1e-9 * balance::model::characteristic_length(study.mechanism));
       REQUIRE(a.modes.size() == b.modes.size());
       for (std::size_t c = 0; c < a.start.size(); ++c) {
         const bool slides = is_length(study.mechanism, static_cast<long>(c));
@@ -163,17 +164,18 @@ TEST_CASE("conditions have the same rank and coefficients that scale with their 
     std::vector<balance::Goal> goals{{balance::GoalKind::force, false}, {balance::GoalKind::dynamic, false}};
     if (!m.actuators.empty()) goals.push_back({balance::GoalKind::gyroscopic, false});
     for (const balance::Goal& goal : goals) {
-      const balance::Conditions a = derive_conditions(m, {goal});
+      const balance::Conditions a = balance::derive_conditions(m, {goal});
       for (const Units& by : corners) {
-        const balance::Conditions b = derive_conditions(laws::scaled({m, {}}, by).mechanism, {goal});
+        const balance::Conditions b = balance::derive_conditions(laws::scaled({m, {}}, by).mechanism, {goal});
         INFO(file << ", " << goal_name(goal) << ", lengths times " << by.length << ", masses times " << by.mass);
         CHECK(a.status == b.status);
         REQUIRE(a.rank == b.rank);
         REQUIRE(a.pivots == b.pivots);
-        const double L = balance::characteristic_length(m);
+        const double L = balance::model::characteristic_length(m);
         const auto unit = [&](int p, double length, double spring) {
           const auto& q = a.parameters[static_cast<std::size_t>(p)];
-          return std::pow(length, q.length_power) * (q.owner_kind == balance::ParameterOwner::spring ? spring : 1);
+          return std::pow(length, q.length_power) *
+                 (q.owner_kind == balance::dynamics::ParameterOwner::spring ? spring : 1);
         };
         for (int r = 0; r < a.rank; ++r)
           for (int p = 0; p < a.matrix.cols(); ++p) {

@@ -136,7 +136,7 @@ TEST_CASE("the tool of a five-bar starts and ends with a leg stretched") {
   for (const double e : distances) {
     Trial trial("5r.yaml");
     trial.trajectory.drive = balance::DriveKind::tool;
-    trial.trajectory.path = balance::LinePath{};
+    trial.trajectory.path = balance::trajectory::LinePath{};
     trial.assemble({{"A1", 1.01}, {"B1", -0.02}, {"A2", 0.92}, {"B2", 1.11}});
     const double reach = 0.3 + 0.45;
     trial.trajectory.from = trial.trajectory.to = {};
@@ -154,7 +154,7 @@ TEST_CASE("the tool of a five-bar starts and ends with a leg stretched") {
 TEST_CASE("a 3RRR turned until its couplers meet in a point is no longer held by its motors") {
   Trial trial("3rrr.yaml");
   trial.trajectory.drive = balance::DriveKind::tool;
-  trial.trajectory.path = balance::LinePath{};
+  trial.trajectory.path = balance::trajectory::LinePath{};
   trial.trajectory.from = trial.trajectory.to = {};
   trial.trajectory.from.tool = trial.trajectory.to.tool = balance::Vector3(0, 0, 0);
   trial.trajectory.from.angle = 0;

@@ -6,6 +6,8 @@
 namespace laws {
 
 using namespace balance;
+using namespace balance::model;
+using namespace balance::trajectory;
 
 namespace {
 

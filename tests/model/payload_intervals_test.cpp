@@ -10,6 +10,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::model;
 
 namespace {
 

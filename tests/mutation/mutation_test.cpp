@@ -20,7 +20,7 @@
 namespace {
 
 using namespace balance;
-using specification::YamlNode;
+using balance::specification::YamlNode;
 namespace fs = std::filesystem;
 
 /// One way to spoil a value: by other text, or by taking it away.
@@ -141,10 +141,10 @@ TEST_CASE("a config with any key spoilt is refused by name or right by its meani
   for (const fs::path& config : configs) {
     std::ifstream in(config);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
-    specification::SpecErrorCollector problems("");
-    const YamlNode root = specification::parse_yaml(text, problems);
+    balance::specification::SpecErrorCollector problems("");
+    const YamlNode root = balance::specification::parse_yaml(text, problems);
     const std::string name = config.string();
-    REQUIRE_NOTHROW(read_spec(written(root, nullptr, nullptr, true), name));
+    REQUIRE_NOTHROW(balance::read_spec(written(root, nullptr, nullptr, true), name));
     std::vector<Value> values;
     std::vector<std::string> path;
     list_values(root, path, values);
@@ -160,7 +160,7 @@ TEST_CASE("a config with any key spoilt is refused by name or right by its meani
         CAPTURE(kind);
         const std::clock_t begin = std::clock();
         try {
-          read_spec(spoilt, name);
+          balance::read_spec(spoilt, name);
           const auto why = excuse(value, way.name);
           CHECK_MESSAGE(why.has_value(), "it was read");
           ++right[way.name + std::string(": ") + why.value_or("?")];

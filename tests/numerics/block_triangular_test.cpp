@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::numerics;
 
 namespace {
 

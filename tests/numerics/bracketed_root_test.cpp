@@ -6,6 +6,7 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::numerics;
 
 TEST_CASE("a bracketed root is found to its last digits, whatever the function's shape") {
   int count = 0;

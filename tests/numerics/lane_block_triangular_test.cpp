@@ -9,6 +9,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::numerics;
 
 namespace {
 

@@ -13,7 +13,7 @@ using namespace balance;
 namespace {
 
 double min_singular_value(const MatrixX& matrix) {
-  MinSingularValue least;
+  numerics::MinSingularValue least;
   const auto n = matrix.cols();
   Eigen::Map<Samples>(least.normal_matrix(static_cast<int>(n)), n, n) = matrix.transpose() * matrix;
   return least.compute_from_normal_matrix();
@@ -42,8 +42,8 @@ TEST_CASE("a large sparse matrix has the smallest singular value of the dense on
   MatrixX matrix = MatrixX::Zero(n, n);  // a chain of pairs, each with its neighbours
   for (int i = 0; i < n; ++i)
     for (int j = std::max(0, i - 3); j <= std::min(n - 1, i + 1); ++j) matrix(i, j) = (i == j ? 3 : 0) + number(random);
-  BlockTriangular sparse;
-  SparsityPattern pattern(n);
+  numerics::BlockTriangular sparse;
+  numerics::SparsityPattern pattern(n);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j)
       if (matrix(i, j) != 0) pattern[i].push_back(j);
@@ -78,12 +78,12 @@ TEST_CASE(
     const auto generic = [&] { return MatrixX::NullaryExpr(n, n, [&] { return number(random); }); };
     const Eigen::HouseholderQR<MatrixX> left(generic()), right(generic());
     const MatrixX U = left.householderQ(), V = right.householderQ();
-    SparsityPattern full(n);
+    numerics::SparsityPattern full(n);
     for (std::vector<int>& row : full)
       for (int j = 0; j < n; ++j) row.push_back(j);
-    BlockTriangular sparse;
+    numerics::BlockTriangular sparse;
     REQUIRE(sparse.analyse(full));
-    MinSingularValue search;
+    numerics::MinSingularValue search;
     for (int k = 0; k <= 400; ++k) {  // two values cross in the middle; the vectors do not change at all
       VectorX values = VectorX::LinSpaced(n, 1, 2);
       values[0] = 0.2 + 0.002 * k;

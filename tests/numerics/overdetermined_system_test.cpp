@@ -5,6 +5,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::numerics;
 
 TEST_CASE("a way on which singular values cross zero loses rank, however many cross at once, and no other does (A1)") {
   std::srand(5);

@@ -23,7 +23,7 @@ std::string remove_forces(Mechanism& mechanism) {
   mechanism.springs.clear();
   mechanism.loads.clear();
   mechanism.friction.clear();
-  note(std::erase_if(mechanism.attachments, is_temporary_payload<double>) > 0, "payloads that come and go");
+  note(std::erase_if(mechanism.attachments, model::is_temporary_payload<double>) > 0, "payloads that come and go");
   return removed;
 }
 

@@ -94,12 +94,12 @@ void describe_cut_joint(const Joint& joint, bool is_planar, Matrix3& axes, std::
 }
 
 /// Says what of the mechanism the other libraries are not asked about.
-void require_comparable(const Mechanism& mechanism, const SpanningTree& spanning) {
+void require_comparable(const Mechanism& mechanism, const model::SpanningTree& spanning) {
   if (!mechanism.springs.empty()) throw NotComparable("has springs");
   if (!mechanism.loads.empty()) throw NotComparable("has loads");
   if (!mechanism.friction.empty()) throw NotComparable("has friction");
   if (has_velocity_constraints(mechanism)) throw NotComparable("has constraints on rates");
-  if (!locked_freedoms(mechanism, {}, spanning).empty())
+  if (!model::locked_freedoms(mechanism, {}, spanning).empty())
     throw NotComparable("has bodies that spin idly, whose motion is not unique");
   if (has_temporary_payloads(mechanism)) throw NotComparable("has payloads that come and go");
 }
@@ -108,7 +108,7 @@ class TreeReader {
  public:
   explicit TreeReader(const Mechanism& mechanism)
       : mechanism_(mechanism),
-        spanning_(build_spanning_tree(mechanism, {})),
+        spanning_(model::build_spanning_tree(mechanism, {})),
         frames_(mechanism.bodies.size()),
         tree_bodies_(mechanism.bodies.size(), tree_ground),
         masses_(mechanism.bodies.size()),
@@ -122,13 +122,13 @@ class TreeReader {
       masses_[b].add(body.mass, body.com, body.inertia);
     }
     for (const Attachment& a : mechanism.attachments) masses_[a.body].add(a.mass, a.position, a.inertia);
-    for (const TreeEdge& edge : spanning_.edges)
+    for (const model::TreeEdge& edge : spanning_.edges)
       if (edge.split) shares_[edge.child] += 1;
   }
 
   RigidTree read() {
-    add_discs(ground);
-    add_children(ground);
+    add_discs(model::ground);
+    add_children(model::ground);
     for (const Copy& copy : copies_) add_weld(copy);
     for (const JointId j : spanning_.cut) add_cut_joint(mechanism_.joints[j]);
     set_coordinates();
@@ -171,15 +171,16 @@ class TreeReader {
     return static_cast<int>(tree_.bodies.size()) - 1;
   }
 
-  void add_motion(int body, const ElementaryMotion& motion, const CoordinateCombination& displacement, double ratio) {
+  void add_motion(int body, const ElementaryMotion& motion, const model::CoordinateCombination& displacement,
+                  double ratio) {
     tree_.bodies[body].motions.push_back(motion);
     VectorX row = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
-    for (const CoordinateTerm& term : displacement.terms) row[term.coordinate] += ratio * term.ratio;
+    for (const model::CoordinateTerm& term : displacement.terms) row[term.coordinate] += ratio * term.ratio;
     rows_.push_back(row);
   }
 
   /// Motions of the child of an edge, at the child's pose or that of its copy.
-  void add_joint_motions(int body, const TreeEdge& edge, const Matrix3& first_rotation) {
+  void add_joint_motions(int body, const model::TreeEdge& edge, const Matrix3& first_rotation) {
     const JointMotions joint = list_joint_motions(mechanism_.joints[edge.joint]);
     const std::size_t count = joint.motions.size();
     for (std::size_t k = 0; k < count; ++k) {
@@ -191,7 +192,7 @@ class TreeReader {
     }
   }
 
-  void add_edge(const TreeEdge& edge) {
+  void add_edge(const model::TreeEdge& edge) {
     const Joint& joint = mechanism_.joints[edge.joint];
     const ZeroPose& parent = frames_[edge.parent];
     ZeroPose child;
@@ -226,7 +227,7 @@ class TreeReader {
   }
 
   void add_children(BodyId parent) {
-    for (const TreeEdge& edge : spanning_.edges)
+    for (const model::TreeEdge& edge : spanning_.edges)
       if (edge.parent == parent) add_edge(edge);
   }
 
@@ -254,7 +255,7 @@ class TreeReader {
   }
 
   void set_coordinates() {
-    const std::vector<ResolvedCouplingOf<double>> roots = resolve_couplings(mechanism_);
+    const std::vector<model::ResolvedCouplingOf<double>> roots = resolve_couplings(mechanism_);
     const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
     std::vector<Eigen::Index> columns(mechanism_.coordinates.size(), -1);
     Eigen::Index independent = 0;
@@ -262,7 +263,7 @@ class TreeReader {
       if (roots[c].terms.size() == 1 && roots[c].terms[0].coordinate == c) columns[c] = independent++;
     MatrixX of_independent = MatrixX::Zero(coordinates, independent);
     for (Eigen::Index c = 0; c < coordinates; ++c)
-      for (const CoordinateTerm& term : roots[c].terms)
+      for (const model::CoordinateTerm& term : roots[c].terms)
         if (columns[term.coordinate] >= 0) of_independent(c, columns[term.coordinate]) += term.ratio;
     tree_.motions_of_coordinates.resize(static_cast<Eigen::Index>(rows_.size()), coordinates);
     for (std::size_t k = 0; k < rows_.size(); ++k) tree_.motions_of_coordinates.row(k) = rows_[k];
@@ -273,7 +274,7 @@ class TreeReader {
   }
 
   const Mechanism& mechanism_;
-  SpanningTree spanning_;
+  model::SpanningTree spanning_;
   std::vector<ZeroPose> frames_;
   std::vector<int> tree_bodies_;
   std::vector<MassSum> masses_;

@@ -38,7 +38,7 @@ double found(const DesignReport& report, const std::string& path) {
 
 Trajectory wander(const Mechanism& mechanism, const VectorX& home, double reach, std::mt19937& random, long samples) {
   constexpr int values = 8;
-  balance::TablePath table;
+  balance::trajectory::TablePath table;
   for (int k = 0; k < values; ++k) {
     table.time.push_back(0.15 * k);
     table.values.emplace_back();
@@ -56,7 +56,7 @@ Trajectory wander(const Mechanism& mechanism, const VectorX& home, double reach,
 
 Trajectory wander(const balance::Study& study, const std::string& about, double reach, std::mt19937& random,
                   long samples) {
-  const RunResult middle = run(study.mechanism, trajectory(study, about, 3));
+  const RunResult middle = run(study.mechanism, make_trajectory(study, about, 3));
   VectorX home(static_cast<long>(study.mechanism.actuators.size()));
   for (long k = 0; k < home.size(); ++k)
     home[k] = middle.joint_position(1, study.mechanism.actuators[static_cast<std::size_t>(k)]);

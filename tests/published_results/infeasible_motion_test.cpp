@@ -45,7 +45,7 @@ TEST_CASE("an arm driven through its stretched position stops there with a drive
   const Mechanism m = arm(0.5, 0.4);
   Trajectory t = line({0.45, 0.1, 0}, {0.45, 0.1, 0});
   // a circle of radius 0.3 about (0.75, 0.1) leaves the reach of 0.9 where |centre + 0.3 e| = 0.9
-  balance::CirclePath circle;
+  balance::trajectory::CirclePath circle;
   circle.centre = {0.75, 0.1, 0};
   circle.angle = 2 * std::numbers::pi;
   t.path = circle;
@@ -89,10 +89,10 @@ TEST_CASE("an end that cannot be reached stops the run: where the way leaves the
 
 TEST_CASE("the platform of 3rrr.yaml sent out of reach stops the run") {
   const balance::Study study = load("3rrr.yaml");
-  Trajectory t = trajectory(study, "cycloid", 101);
+  Trajectory t = make_trajectory(study, "cycloid", 101);
   t.from.tool = Vector3(1, 1, 0);
   CHECK(balance::simulate(study.mechanism, t).outcome.status == MotionStatus::unreachable);
-  t = trajectory(study, "cycloid", 101);
+  t = make_trajectory(study, "cycloid", 101);
   t.to.tool = Vector3(0.6, 0, 0);
   const RunResult r = balance::simulate(study.mechanism, t);
   CHECK(r.outcome.status != MotionStatus::done);
@@ -121,7 +121,7 @@ TEST_CASE("a crank that cannot turn fully stops where the other links stretch") 
   balance::Study study = load("four-bar.yaml");
   Mechanism m = study.mechanism;
   m.joints[1].point_first.x() = 0.3;  // the crank's end
-  Trajectory t = trajectory(study, "steady", 201);
+  Trajectory t = make_trajectory(study, "steady", 201);
   t.from.joints[0].value = 1;
   t.to.joints[0].value = 1 + 2 * std::numbers::pi;
   const RunResult r = balance::simulate(m, t);
@@ -133,7 +133,7 @@ TEST_CASE("a crank that cannot turn fully stops where the other links stretch") 
 
 TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with an actuation singularity") {
   const balance::Study study = load("3rrr.yaml");
-  Trajectory t = trajectory(study, "cycloid", 2001);
+  Trajectory t = make_trajectory(study, "cycloid", 2001);
   t.law.kind = balance::MotionLawKind::uniform;
   t.from = {}, t.to = {};
   t.from.tool = t.to.tool = Vector3(0.01, -0.02, 0);
@@ -185,7 +185,7 @@ TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with
 TEST_CASE("too few actuators are a mismatch, said in numbers") {
   balance::Study study = load("3rrr.yaml");
   study.mechanism.actuators.pop_back();
-  const RunResult r = balance::simulate(study.mechanism, trajectory(study, "cycloid", 11));
+  const RunResult r = balance::simulate(study.mechanism, make_trajectory(study, "cycloid", 11));
   CHECK(r.outcome.status == MotionStatus::mismatch);
   CHECK(r.outcome.reason.find("2 actuators") != std::string::npos);
   CHECK(r.outcome.reason.find("3 degrees") != std::string::npos);
@@ -193,7 +193,7 @@ TEST_CASE("too few actuators are a mismatch, said in numbers") {
 
 TEST_CASE("too many actuators share the work with least norm, and the power is the same") {
   balance::Study study = load("3rrr.yaml");
-  const Trajectory t = trajectory(study, "cycloid", 51);
+  const Trajectory t = make_trajectory(study, "cycloid", 51);
   const RunResult alone = run(study.mechanism, t);
   study.mechanism.actuators.push_back(static_cast<int>(coordinate(study.mechanism, "B1")));
   const RunResult shared = run(study.mechanism, t);
@@ -230,7 +230,7 @@ TEST_CASE("a drive with more or fewer values than freedoms is a mismatch") {
   const balance::Study study = load("four-bar.yaml");
   Trajectory t = joint_motion({}, VectorX(), VectorX(), 1, 11);
   t.drive = balance::DriveKind::tool;
-  t.components = {balance::Component::x, balance::Component::y};
+  t.components = {balance::trajectory::Component::x, balance::trajectory::Component::y};
   t.from.tool = Vector3(0.2, 0.3, 0), t.to.tool = Vector3(0.25, 0.3, 0);
   const RunResult r = balance::simulate(study.mechanism, t);
   CHECK(r.outcome.status != MotionStatus::done);
@@ -260,7 +260,7 @@ TEST_CASE("few samples hide nothing: a crank that cannot turn fully never does")
   m.joints[1].point_first.x() = 0.3;
   for (const long samples : {2, 3, 4, 5, 8, 13, 50}) {
     CAPTURE(samples);
-    Trajectory t = trajectory(study, "steady", samples);
+    Trajectory t = make_trajectory(study, "steady", samples);
     t.from.joints[0].value = 1;
     t.to.joints[0].value = 1 + 2 * std::numbers::pi;
     CHECK(balance::simulate(m, t).outcome.status != MotionStatus::done);
@@ -271,11 +271,11 @@ TEST_CASE("few samples change nothing: whatever the grid, the same configuration
   for (const std::string file :
        {"3rrr.yaml", "four-bar.yaml", "whitworth.yaml", "stewart.yaml", "delta.yaml", "spatial-slider-crank.yaml"}) {
     const balance::Study study = load(file);
-    const RunResult fine = run(study.mechanism, trajectory(study, "cycloid", 401));
+    const RunResult fine = run(study.mechanism, make_trajectory(study, "cycloid", 401));
     for (const long samples : {2, 3, 5, 9}) {
       CAPTURE(file);
       CAPTURE(samples);
-      const RunResult coarse = run(study.mechanism, trajectory(study, "cycloid", samples));
+      const RunResult coarse = run(study.mechanism, make_trajectory(study, "cycloid", samples));
       for (long k = 0; k < samples; ++k) {
         const long same = k * 400 / (samples - 1);
         for (long c = 0; c < fine.joint_position.cols(); ++c) {

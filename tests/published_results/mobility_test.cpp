@@ -74,7 +74,7 @@ TEST_CASE("3RRR: eight ways to assemble it at the start, one of them picked; eac
   const balance::CheckReport report = balance::check_mechanism(study);
   CHECK(report.modes.size() == 8);  // each leg bends to either side
   int selected = 0;
-  for (const balance::AssemblyMode& mode : report.modes) {
+  for (const balance::verification::AssemblyMode& mode : report.modes) {
     selected += mode.is_selected;
     balance::Study other = study;
     other.mechanism.assembly.clear();

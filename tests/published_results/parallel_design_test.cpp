@@ -48,7 +48,7 @@ TEST_CASE(
   CHECK(count(m, GoalKind::gyroscopic) == 8);
   CHECK(count(m, GoalKind::gyroscopic_independent) == 9);
   CHECK(count(m, GoalKind::dynamic) == 11);
-  CHECK(balance::derive_modular_conditions(m, {{GoalKind::statics}}).rank == 8);
+  CHECK(balance::conditions::derive_modular_conditions(m, {{GoalKind::statics}}).rank == 8);
 }
 
 TEST_CASE("P0: a 5R balanced leg by leg has no velocity terms if each leg carries its share of the payload itself") {
@@ -56,7 +56,7 @@ TEST_CASE("P0: a 5R balanced leg by leg has no velocity terms if each leg carrie
   const auto largest_residual = [](const Mechanism& of) {
     const balance::Conditions c = balance::derive_conditions(of, {{GoalKind::gyroscopic}});
     REQUIRE_MESSAGE(c.status == balance::ConditionsStatus::done, c.reason);
-    return balance::scaled_residuals(c, balance::parameter_values(of)).cwiseAbs().maxCoeff();
+    return balance::conditions::scaled_residuals(c, balance::dynamics::parameter_values(of)).cwiseAbs().maxCoeff();
   };
   // all of it on coupler1, in the accelerations of A1 and B1
   CHECK(largest_residual(m) > 1e-2);

@@ -15,7 +15,7 @@ namespace {
 
 /// Effort at the first sample of a motion that starts at rest without acceleration: what holds the mechanism.
 double holding_torque(const balance::Study& study, double angle) {
-  Trajectory t = trajectory(study, "cycloid", 2);
+  Trajectory t = make_trajectory(study, "cycloid", 2);
   t.from.joints[0].value = angle;
   t.to.joints[0].value = angle + 0.01;
   return run(study.mechanism, t).torque(0, 0);
@@ -39,7 +39,7 @@ TEST_CASE("the hanging four-bar rests with its outer links at atan(sqrt 15), whe
 
 TEST_CASE("spatial slider-crank: at 6 rad/s the slider starts at x = 0.2 m with 0.24 m/s") {
   const balance::Study study = load("spatial-slider-crank.yaml");
-  const RunResult r = run(study.mechanism, trajectory(study, "steady", 101));
+  const RunResult r = run(study.mechanism, make_trajectory(study, "steady", 101));
   const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
   CHECK(r.joint_velocity(0, A) == doctest::Approx(6).epsilon(1e-13));
   CHECK(r.joint_position(0, S) == doctest::Approx(0.2).epsilon(1e-12));
@@ -74,7 +74,7 @@ Eigen::Matrix2d passive_rates(const Mechanism& m, const RunResult& r, long k) {
 TEST_CASE("P0 section 3.3: a 5R balanced leg by leg feels no weight") {
   balance::Study study = load("5r-balanced.yaml");
   for (const char* name : {"cycloid", "bang-bang"}) {
-    const Trajectory t = trajectory(study, name, 51);
+    const Trajectory t = make_trajectory(study, name, 51);
     Mechanism weightless = study.mechanism;
     weightless.gravity.setZero();
     const RunResult with = run(study.mechanism, t), without = run(weightless, t);
@@ -87,7 +87,7 @@ TEST_CASE("P0 section 3.3: a 5R balanced leg by leg feels no weight") {
 TEST_CASE("P0 eq. 106 and 107: its torques are the legs' constant inertias coupled, without velocity terms") {
   const balance::Study study = load("5r-balanced.yaml");
   const Mechanism& m = study.mechanism;
-  const RunResult r = run(m, trajectory(study, "cycloid", 51));
+  const RunResult r = run(m, make_trajectory(study, "cycloid", 51));
   const auto cw = [&](const std::string& name) {
     for (const balance::Attachment& extra : m.attachments)
       if (extra.name == name) return extra.mass;

@@ -11,7 +11,7 @@ balance::Study load(const std::string& file) {
   return balance::read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
 }
 
-Trajectory trajectory(const balance::Study& study, const std::string& name, long samples) {
+Trajectory make_trajectory(const balance::Study& study, const std::string& name, long samples) {
   for (Trajectory one : study.trajectories) {
     if (one.name != name) continue;
     if (samples > 0) one.samples = samples;
@@ -29,7 +29,7 @@ RunResult run(const Mechanism& mechanism, const Trajectory& trajectory) {
 
 RunResult run(const std::string& file, const std::string& name, long samples) {
   const balance::Study study = load(file);
-  return run(study.mechanism, trajectory(study, name, samples));
+  return run(study.mechanism, make_trajectory(study, name, samples));
 }
 
 long coordinate(const Mechanism& mechanism, const std::string& name) {

@@ -20,7 +20,7 @@ using balance::VectorX;
 balance::Study load(const std::string& file);
 
 /// The trajectory of that name with another number of samples (0: as stated).
-Trajectory trajectory(const balance::Study& study, const std::string& name, long samples = 0);
+Trajectory make_trajectory(const balance::Study& study, const std::string& name, long samples = 0);
 
 /// simulate(), which must end well.
 RunResult run(const Mechanism& mechanism, const Trajectory& trajectory);

@@ -67,7 +67,7 @@ TEST_CASE("double pendulum of two uniform rods: Lagrange's equations") {
 TEST_CASE("Scotch yoke: the displacement is exactly r cos A, and the crank feels the yoke's inertia through it") {
   const balance::Study study = load("scotch-yoke.yaml");
   for (const std::string name : {"cycloid", "steady"}) {
-    const RunResult r = run(study.mechanism, trajectory(study, name, 101));
+    const RunResult r = run(study.mechanism, make_trajectory(study, name, 101));
     const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
     for (long k = 0; k < 101; ++k) {
       const double angle = r.joint_position(k, A), w = r.joint_velocity(k, A), a = r.joint_acceleration(k, A);
@@ -86,7 +86,7 @@ TEST_CASE("slider-crank: the piston's position, velocity and acceleration by the
   const balance::Study study = load("slider-crank.yaml");
   const double R = 0.1, l = 0.3;
   for (const std::string name : {"cycloid", "steady"}) {
-    const RunResult r = run(study.mechanism, trajectory(study, name, 101));
+    const RunResult r = run(study.mechanism, make_trajectory(study, name, 101));
     const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
     for (long k = 0; k < 101; ++k) {
       const double t = r.joint_position(k, A), w = r.joint_velocity(k, A), a = r.joint_acceleration(k, A);
@@ -106,7 +106,7 @@ TEST_CASE("slider-crank: the piston's position, velocity and acceleration by the
 TEST_CASE("four-bar: Freudenstein's equation") {
   const balance::Study study = load("four-bar.yaml");
   const double a = 0.1, b = 0.35, c = 0.25, d = 0.4;
-  const RunResult r = run(study.mechanism, trajectory(study, "steady", 201));
+  const RunResult r = run(study.mechanism, make_trajectory(study, "steady", 201));
   for (long k = 0; k < 201; ++k) {
     const double in = r.joint_position(k, coordinate(study.mechanism, "A")),
                  out = r.joint_position(k, coordinate(study.mechanism, "D"));
@@ -119,7 +119,7 @@ TEST_CASE("quick-return shaper: lever angle, ram and time ratio") {
   const balance::Study study = load("whitworth.yaml");
   const double R = 0.1, d = 0.25, lever = 0.5, link = 0.2;
   const long N = 3601;
-  const RunResult r = run(study.mechanism, trajectory(study, "steady", N));
+  const RunResult r = run(study.mechanism, make_trajectory(study, "steady", N));
   const long A = coordinate(study.mechanism, "O"), Q = coordinate(study.mechanism, "Q"),
              S = coordinate(study.mechanism, "R");
   long first = 0, last = 0;

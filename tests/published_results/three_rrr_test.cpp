@@ -26,12 +26,12 @@ double plain_rms(const RunResult& r) {
 struct Shake {
   double force, moment;
 };
-Shake shake_at(const std::string& file, const std::string& name, double time, balance::Side side) {
+Shake shake_at(const std::string& file, const std::string& name, double time, balance::trajectory::Side side) {
   using namespace balance;
   const Study study = load(file);
-  const Trajectory t = trajectory(study, name);
-  const CompiledMotion<Planar> motion(study.mechanism, t);
-  TreeMotionSource<Planar> source(study.mechanism, motion, t.about, Detail::forces);
+  const Trajectory t = make_trajectory(study, name);
+  const kinematics::CompiledMotion<kinematics::Planar> motion(study.mechanism, t);
+  dynamics::TreeMotionSource<kinematics::Planar> source(study.mechanism, motion, t.about, dynamics::Detail::forces);
   REQUIRE(source.begin());
   for (int k = 1; k <= 100; ++k) REQUIRE(source.advance(time * k / 100));
   source.update_accelerations(side);
@@ -70,12 +70,12 @@ TEST_CASE("3RRR: peaks of the cycloidal motion on 2,001 samples") {
 
 TEST_CASE("3RRR: with the centre of mass on bang-bang the shaking force is constant, 4 m L / T^2") {
   const balance::Study study = load("3rrr.yaml");
-  const RunResult r = run(study.mechanism, trajectory(study, "bang-bang", 2001));
+  const RunResult r = run(study.mechanism, make_trajectory(study, "bang-bang", 2001));
   const double L = (r.com_position.row(2000) - r.com_position.row(0)).norm();
   for (long k = 0; k < 2001; ++k) {
     const double force = r.shaking_force.row(k).norm();
     check_close(force, 549.2528818391);
-    check_close(force, 4 * balance::total_mass(study.mechanism) * L / 0.01);
+    check_close(force, 4 * balance::model::total_mass(study.mechanism) * L / 0.01);
   }
   CHECK(r.tool_orientation.cwiseAbs().maxCoeff() < 1e-11);
 }
@@ -93,13 +93,13 @@ TEST_CASE("3RRR: with the centre of mass on bang-bang the tool leaves its chord 
 }
 
 TEST_CASE("3RRR: both sides of the tool's jump at T/2") {
-  check_digits(shake_at("3rrr.yaml", "tool-bang", 0.05, balance::Side::before).force, 627.8637745, 1e-7);
-  check_digits(shake_at("3rrr.yaml", "tool-bang", 0.05, balance::Side::after).force, 627.9160195, 1e-7);
+  check_digits(shake_at("3rrr.yaml", "tool-bang", 0.05, balance::trajectory::Side::before).force, 627.8637745, 1e-7);
+  check_digits(shake_at("3rrr.yaml", "tool-bang", 0.05, balance::trajectory::Side::after).force, 627.9160195, 1e-7);
 }
 
 TEST_CASE("3RRR: the moment under the guided centre of mass at T/2, on both sides and one sample later") {
-  const Shake left = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::before);
-  const Shake right = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::after);
+  const Shake left = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::trajectory::Side::before);
+  const Shake right = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::trajectory::Side::after);
   check_digits(right.moment, 58.1842, 1e-4);
   const RunResult r = run("3rrr.yaml", "bang-bang", 2001);
   check_digits(r.shaking_moment(1000, 0), 58.1842, 1e-4);
@@ -121,7 +121,7 @@ TEST_CASE("3RRR: peaks count both sides of a jump, whether it falls on a sample 
 TEST_CASE("3RRR: guiding the centre of mass lowers the moment's rms and raises its peak") {
   const RunResult tool = run("3rrr.yaml", "cycloid", 2001), com = run("3rrr.yaml", "bang-bang", 2001);
   // published with the value before the jump at T/2, where the sample holds the one after it
-  const double before = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::before).moment,
+  const double before = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::trajectory::Side::before).moment,
                after = com.shaking_moment(1000, 0);
   check_digits(std::sqrt(plain_rms(com) * plain_rms(com) + (before * before - after * after) / 2001), 23.83, 0.01);
   CHECK(metric(com, "shaking_moment").rms < metric(tool, "shaking_moment").rms);

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::reports;
 
 TEST_CASE("conditions stand in a table with what they miss and depend on; what no disc can miss is one line") {
   CHECK(conditions_text(sample::conditions_view()) ==
@@ -41,10 +42,10 @@ TEST_CASE("a spec without free numbers has no column for them, without condition
 
 TEST_CASE("long conditions are broken between terms, never inside brackets") {
   ConditionsReportData view = sample::conditions_view();
-  const RationalMonomial l{1, 1, {{0, 1}}}, one{1, 1, {}};
+  const conditions::RationalMonomial l{1, 1, {{0, 1}}}, one{1, 1, {}};
   for (int p = 0; p < 5; ++p) {
     view.conditions.matrix(0, p) = 1;
-    view.names.formulas[0][static_cast<std::size_t>(p)] = CoefficientFormula{one, {l, one}};
+    view.names.formulas[0][static_cast<std::size_t>(p)] = conditions::CoefficientFormula{one, {l, one}};
   }
   const auto lines = wrap_condition(view, 0, 30);
   CHECK(lines == std::vector<std::string>{"(l1 + 1) a.m + (l1 + 1) a.mx", "    + (l1 + 1) b.m", "    + (l1 + 1) d.mx",

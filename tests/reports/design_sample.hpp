@@ -8,9 +8,9 @@
 
 namespace sample {
 
-inline Parameter parameter(const std::string& owner, const std::string& symbol,
-                           ParameterOwner bearer = ParameterOwner::body) {
-  Parameter p;
+inline dynamics::Parameter parameter(const std::string& owner, const std::string& symbol,
+                                     dynamics::ParameterOwner bearer = dynamics::ParameterOwner::body) {
+  dynamics::Parameter p;
   p.owner = owner;
   p.symbol = symbol;
   p.name = owner + "." + symbol;
@@ -18,12 +18,12 @@ inline Parameter parameter(const std::string& owner, const std::string& symbol,
   return p;
 }
 
-inline Conditions conditions() {
+inline Conditions sample_conditions() {
   Conditions c;
   c.status = ConditionsStatus::done;
   c.goals = {{GoalKind::statics}};
   c.parameters = {parameter("a", "m"), parameter("a", "mx"), parameter("b", "m"),
-                  parameter("d", "mx", ParameterOwner::disc), parameter("e", "J")};
+                  parameter("d", "mx", dynamics::ParameterOwner::disc), parameter("e", "J")};
   c.matrix.resize(3, 5);
   c.matrix << 0, 1, 0.5, 0, 0,  //
       -0.25, 0, 0, 0, 1,        //
@@ -39,17 +39,17 @@ inline Conditions conditions() {
   return c;
 }
 
-inline ConditionsReportData conditions_view() {
-  ConditionsReportData view;
+inline reports::ConditionsReportData conditions_view() {
+  reports::ConditionsReportData view;
   view.title = "made up";
   view.strategy = "complete";
-  view.conditions = conditions();
+  view.conditions = sample_conditions();
   view.names.symbols = {{"l1", "m", 0.5, {}}};
-  view.names.formulas = {std::vector<std::optional<CoefficientFormula>>(5),
-                         std::vector<std::optional<CoefficientFormula>>(5),
-                         std::vector<std::optional<CoefficientFormula>>(5)};
-  view.names.formulas[0][2] = CoefficientFormula{{1, 1, {{0, 1}}}, {}};
-  view.names.formulas[1][0] = CoefficientFormula{{-1, 1, {{0, 2}}}, {}};
+  view.names.formulas = {std::vector<std::optional<conditions::CoefficientFormula>>(5),
+                         std::vector<std::optional<conditions::CoefficientFormula>>(5),
+                         std::vector<std::optional<conditions::CoefficientFormula>>(5)};
+  view.names.formulas[0][2] = conditions::CoefficientFormula{{1, 1, {{0, 1}}}, {}};
+  view.names.formulas[1][0] = conditions::CoefficientFormula{{-1, 1, {{0, 2}}}, {}};
   view.residuals = Eigen::Vector3d(0.125, 1e-12, 0);
   view.holds_by_definition = {false, false, true};
   view.numbers.resize(2);
@@ -62,8 +62,8 @@ inline ConditionsReportData conditions_view() {
   return view;
 }
 
-inline DesignReportData design() {
-  DesignReportData view;
+inline reports::DesignReportData sample_design() {
+  reports::DesignReportData view;
   view.conditions = conditions_view();
   view.conditions.residuals[0] = 0;
   view.residuals_before = Eigen::Vector3d(0.125, 0, 0);
@@ -73,14 +73,14 @@ inline DesignReportData design() {
   view.warnings = {"odd"};
   DesignReport& r = view.report;
   r.outcome.status = DesignStatus::balanced;
-  r.outcome.method = DesignMethod::affine;
+  r.outcome.method = design::DesignMethod::affine;
   r.outcome.reason = "3 conditions are met";
   r.outcome.x = Eigen::Vector2d(-0.25, 10);
-  r.outcome.conditions = conditions();
+  r.outcome.conditions = sample_conditions();
   r.outcome.objective = 10;
   r.outcome.start_objective = 0;
   r.outcome.lower_bound = 10;
-  r.outcome.optimality = Optimality::proved_global;
+  r.outcome.optimality = design::Optimality::proved_global;
   r.outcome.solution_set = {1, 0, {}};
   r.added_mass = 10;
   r.added_inertia = 0.125;
@@ -90,12 +90,12 @@ inline DesignReportData design() {
   r.mass_after = 13;
   r.inertia_before = 0.5;
   r.inertia_after = 0.625;
-  TrajectoryComparison moved{"cycloid", result(SpaceKind::planar), result(SpaceKind::planar)};
+  design::TrajectoryComparison moved{"cycloid", result(SpaceKind::planar), result(SpaceKind::planar)};
   moved.before.metrics = {{"torque[A]", "N m", 100, 0, 50, 40, 200},
                           {"shaking_force", "N", 800, 0, 400, 300, 800, 0, 800, 2e-12}};
   moved.after.metrics = {{"torque[A]", "N m", 25, 0, 10, 8, 50},
                          {"shaking_force", "N", 1e-12, 0, 1e-13, 0, 0, 0, 0, 1e-14}};
-  TrajectoryComparison stuck{"a/b", result(SpaceKind::planar), {}};
+  design::TrajectoryComparison stuck{"a/b", result(SpaceKind::planar), {}};
   stuck.after.outcome = {MotionStatus::drive_singularity, 0.25, "it stands still", {}};
   r.comparisons = {moved, stuck};
   r.study_before.trajectories.resize(1);

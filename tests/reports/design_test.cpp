@@ -10,15 +10,17 @@
 #include <limits>
 
 using namespace balance;
+using namespace balance::design;
+using namespace balance::reports;
 using sample::Folder;
 using sample::Reader;
 
 namespace {
-const TextOptions one_line{.width = 1000};  // nothing is wrapped
+const files::TextOptions one_line{.width = 1000};  // nothing is wrapped
 }
 
 TEST_CASE("a design says what was reached, the numbers, the conditions, the cost and the gain") {
-  CHECK(design_text(sample::design()) ==
+  CHECK(design_text(sample::sample_design()) ==
         "made up: balanced exactly for static, with the least possible added mass\n"
         "3 conditions are met\n"
         "added mass: 10.0000 kg\n"
@@ -52,7 +54,7 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
 }
 
 TEST_CASE("a compromise and an impossibility are not called solutions, and the proof is said once") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   DesignOutcome& outcome = view.report.outcome;
   outcome.optimality = Optimality::local_optimum;
   outcome.status = DesignStatus::compromise;
@@ -60,7 +62,7 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
   CHECK(design_text(view, one_line)
             .find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
   outcome.status = DesignStatus::infeasible;
-  outcome.certificate = InfeasibilityCertificate{};
+  outcome.certificate = conditions::InfeasibilityCertificate{};
   outcome.certificate->statement = "a.m + b.m = 0 cannot hold: both are positive";
   outcome.reason = outcome.certificate->statement;
   const std::string text = design_text(view, one_line);
@@ -72,7 +74,7 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
 }
 
 TEST_CASE("what is not proved the best shows what the least could be") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.outcome.optimality = Optimality::local_optimum;
   view.report.outcome.search_summary = "6 starts";
   view.report.outcome.lower_bound = 8;
@@ -86,7 +88,7 @@ TEST_CASE("what is not proved the best shows what the least could be") {
 }
 
 TEST_CASE("a proof by trying all sizes says how many there are") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.outcome.optimality = Optimality::proved_global;
   view.report.outcome.search_summary = "all 64 combinations of sizes";
   CHECK(design_text(view, one_line).find("were tried") == std::string::npos);
@@ -95,7 +97,7 @@ TEST_CASE("a proof by trying all sizes says how many there are") {
 }
 
 TEST_CASE("the least there is stands only where it is proved (B6)") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   for (const Optimality optimality :
        {Optimality::not_optimised, Optimality::local_optimum, Optimality::budget_exhausted}) {
     view.report.outcome.optimality = optimality;
@@ -109,7 +111,7 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.outcome.solution_set = {2, 1, {0, 1}};
   CHECK(design_text(view, one_line)
             .find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
@@ -121,7 +123,7 @@ TEST_CASE("what a search leaves free is counted and named (B11)") {
 }
 
 TEST_CASE("without a goal nothing is called balanced (B12)") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.outcome.status = DesignStatus::no_goal;
   CHECK(design_text(view, one_line).find("made up: the least possible added mass\n") == 0);
   view.report.outcome.optimality = Optimality::local_optimum;
@@ -131,7 +133,7 @@ TEST_CASE("without a goal nothing is called balanced (B12)") {
 }
 
 TEST_CASE("only the trajectories that the objective and the limits name are shown") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.trajectories = {"cycloid"};
   CHECK(design_text(view).find("trajectory a/b") == std::string::npos);
   CHECK(design_text(view).find("\nalong a/b: see --verbose\n") != std::string::npos);
@@ -140,7 +142,7 @@ TEST_CASE("only the trajectories that the objective and the limits name are show
 }
 
 TEST_CASE("what got worse is said") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   CHECK(design_text(view).find("worse than before") == std::string::npos);
   std::vector<Metric>& after = view.report.comparisons[0].after.metrics;
   after[1].peak = 984;
@@ -150,7 +152,7 @@ TEST_CASE("what got worse is said") {
 }
 
 TEST_CASE("changes drop what round-off leaves, but not what is small") {
-  TrajectoryComparison c = sample::design().report.comparisons[0];
+  TrajectoryComparison c = sample::sample_design().report.comparisons[0];
   auto changes = list_metric_changes(c);
   REQUIRE(changes.size() == 4);
   CHECK(changes[2].after == 0);
@@ -165,7 +167,7 @@ TEST_CASE("changes drop what round-off leaves, but not what is small") {
 }
 
 TEST_CASE("a design tells what a user should know of the motions before and after (A1)") {
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.comparisons[0].before.outcome.notes = {"both", "first"};
   view.report.comparisons[0].after.outcome.notes = {"both", "then"};
   CHECK(design_text(view, one_line).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
@@ -182,21 +184,21 @@ TEST_CASE("objectives in words, with their units") {
   torque.trajectory = "cycloid";
   torque.weight = 0.5;
   CHECK(objective_text({torque, mass}) == "0.5 rms of torque along cycloid + added mass");
-  CHECK(objective_unit({mass}, {}) == "kg");
-  CHECK(objective_unit({mass, torque}, {}) == "");
+  CHECK(simulation::objective_unit({mass}, {}) == "kg");
+  CHECK(simulation::objective_unit({mass, torque}, {}) == "");
   torque.weight = 1;
   Mechanism m;
   m.coordinates = {{"S", 0, 0, CoordinateKind::length}, {"A", 1, 0, CoordinateKind::angle}};
   m.actuators = {0, 1};
   torque.quantity = "torque[S]";
-  CHECK(objective_unit({torque}, m) == "N");
+  CHECK(simulation::objective_unit({torque}, m) == "N");
   torque.quantity = "torque[A]";
-  CHECK(objective_unit({torque}, m) == "N m");
+  CHECK(simulation::objective_unit({torque}, m) == "N m");
   CHECK(objective_text({}) == "");
 }
 
 TEST_CASE("a design in JSON holds the same, unrounded") {
-  const auto json = nlohmann::json::parse(design_json(sample::design(), {"out.yaml"}));
+  const auto json = nlohmann::json::parse(design_json(sample::sample_design(), {"out.yaml"}));
   CHECK(json["status"] == "balanced");
   CHECK(json["method"] == "affine");
   CHECK(json["proof"].is_null());
@@ -217,7 +219,7 @@ TEST_CASE("a design in JSON holds the same, unrounded") {
 
 TEST_CASE("a design's file holds numbers, conditions and both runs of every trajectory, to the last bit") {
   const Folder folder;
-  const DesignReportData view = sample::design();
+  const DesignReportData view = sample::sample_design();
   write_design(folder / "out.h5", view, sample::description());
   const Reader file(folder / "out.h5");
   CHECK(file.texts("free_number") == std::vector<std::string>{"bodies.a.com[0]", "counterweights.b.mass"});
@@ -245,7 +247,7 @@ TEST_CASE("a design's file holds numbers, conditions and both runs of every traj
 
 TEST_CASE("a design without conditions or trajectories still makes a file, the same bytes each time") {
   const Folder folder;
-  DesignReportData view = sample::design();
+  DesignReportData view = sample::sample_design();
   view.report.comparisons.clear();
   view.conditions.conditions.matrix.resize(0, 5);
   for (const char* name : {"a", "b"}) write_design(folder / name, view, sample::description());

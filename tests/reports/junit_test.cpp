@@ -5,10 +5,10 @@
 namespace balance {
 namespace {
 
-using Status = JunitCase::Status;
+using Status = reports::JunitCase::Status;
 
 TEST_CASE("a report counts what became of its cases") {
-  const std::string xml = junit_xml(
+  const std::string xml = reports::junit_xml(
       "suite",
       {{"first",
         {{"g", "a", Status::passed, "", "", "", "", 0.5},
@@ -36,10 +36,10 @@ TEST_CASE("a report counts what became of its cases") {
 }
 
 TEST_CASE("nothing in a file of results turns the direction of writing (C8)") {
-  JunitCase one;
+  reports::JunitCase one;
   one.name = "a\u202Eb";
   one.output = "two\nlines\u2066\x1b";
-  const std::string xml = junit_xml("s\u200Fs", {{"suite\u061C", {one}}});
+  const std::string xml = reports::junit_xml("s\u200Fs", {{"suite\u061C", {one}}});
   CHECK(xml.find("name=\"a&lt;U+202E&gt;b\"") != std::string::npos);
   CHECK(xml.find("lines&lt;U+2066&gt;\\x1b") != std::string::npos);
   CHECK(xml.find("s&lt;U+200F&gt;s") != std::string::npos);
@@ -47,18 +47,19 @@ TEST_CASE("nothing in a file of results turns the direction of writing (C8)") {
 }
 
 TEST_CASE("texts become what XML can hold") {
-  CHECK(escape_xml("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
-  CHECK(escape_xml("two\nlines\t\r") == "two&#10;lines&#9;&#13;");
-  CHECK(escape_xml("Schüttelkraft ≤ 1 𝛼") == "Schüttelkraft ≤ 1 𝛼");
+  CHECK(reports::escape_xml("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
+  CHECK(reports::escape_xml("two\nlines\t\r") == "two&#10;lines&#9;&#13;");
+  CHECK(reports::escape_xml("Schüttelkraft ≤ 1 𝛼") == "Schüttelkraft ≤ 1 𝛼");
   const std::string replaced = "\xEF\xBF\xBD";
-  CHECK(escape_xml(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
-  CHECK(escape_xml("\xff") == replaced);
-  CHECK(escape_xml("\xc3") == replaced);                                // cut off
-  CHECK(escape_xml("\xc0\xaf") == replaced + replaced);                 // a slash in two bytes
-  CHECK(escape_xml("\xed\xa0\x80") == replaced + replaced + replaced);  // half of a pair is no UTF-8: byte by byte
-  CHECK(escape_xml("\xef\xbf\xbf") == replaced);                        // no character
-  CHECK(escape_xml("\xf4\x90\x80\x80") == replaced + replaced + replaced + replaced);  // beyond the last
-  CHECK(escape_xml("\xe2\x82(") == replaced + replaced + "(");
+  CHECK(reports::escape_xml(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
+  CHECK(reports::escape_xml("\xff") == replaced);
+  CHECK(reports::escape_xml("\xc3") == replaced);                 // cut off
+  CHECK(reports::escape_xml("\xc0\xaf") == replaced + replaced);  // a slash in two bytes
+  CHECK(reports::escape_xml("\xed\xa0\x80") ==
+        replaced + replaced + replaced);                   // half of a pair is no UTF-8: byte by byte
+  CHECK(reports::escape_xml("\xef\xbf\xbf") == replaced);  // no character
+  CHECK(reports::escape_xml("\xf4\x90\x80\x80") == replaced + replaced + replaced + replaced);  // beyond the last
+  CHECK(reports::escape_xml("\xe2\x82(") == replaced + replaced + "(");
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include <string>
 
 using namespace balance;
+using namespace balance::reports;
 
 namespace {
 
@@ -134,15 +135,15 @@ TEST_CASE("a page of very many samples shows few of them, every extreme among th
   for (const Eigen::Index k : {7001, 7003, 7005}) CHECK(std::find(time.begin(), time.end(), run.time[k]) != time.end());
   for (const Quantity& quantity : list_sampled_quantities(run))
     for (const auto& series : shown["series"]) {
-      if (series["quantity"] != quantity.name || quantity.columns == ColumnKind::joint_axis) continue;
+      if (series["quantity"] != quantity.name || quantity.columns == results::ColumnKind::joint_axis) continue;
       CAPTURE(quantity.name);
       const std::vector<float> values = numbers<float>(series["values"]["f32"]);
       for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) {
         const auto begin = values.begin() + c * static_cast<std::ptrdiff_t>(time.size());
         const auto [low, high] = std::minmax_element(begin, begin + static_cast<std::ptrdiff_t>(time.size()));
         const double round_off = column_round_off(run, quantity.member, c);
-        CHECK(*low == static_cast<float>(suppress_round_off(round_off, quantity.samples->col(c).minCoeff())));
-        CHECK(*high == static_cast<float>(suppress_round_off(round_off, quantity.samples->col(c).maxCoeff())));
+        CHECK(*low == static_cast<float>(results::suppress_round_off(round_off, quantity.samples->col(c).minCoeff())));
+        CHECK(*high == static_cast<float>(results::suppress_round_off(round_off, quantity.samples->col(c).maxCoeff())));
       }
     }
 }
@@ -177,7 +178,7 @@ TEST_CASE("a page's policy allows its own script and style by their hashes, and 
     };
     const auto hash = [](const std::string& content) {
       std::string bytes;
-      const std::string digits = sha256(content);
+      const std::string digits = files::sha256(content);
       for (std::size_t i = 0; i < digits.size(); i += 2)
         bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
       return "'sha256-" + base64(bytes) + "'";

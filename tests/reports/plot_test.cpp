@@ -10,6 +10,7 @@
 #include <cmath>
 
 using namespace balance;
+using namespace balance::reports;
 
 namespace {
 

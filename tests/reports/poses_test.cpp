@@ -12,6 +12,7 @@
 #include <map>
 
 using namespace balance;
+using namespace balance::reports;
 
 namespace {
 

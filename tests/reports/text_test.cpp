@@ -14,6 +14,9 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::files;
+using namespace balance::reports;
+using namespace balance::specification;
 
 namespace {
 

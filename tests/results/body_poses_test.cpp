@@ -10,6 +10,7 @@
 #include <string>
 
 using namespace balance;
+using namespace balance::results;
 
 namespace {
 
@@ -37,7 +38,7 @@ struct Moved {
 };
 
 // Loops are closed to 1e-12 of the mechanism's size, a metre or less.
-constexpr double tolerance = 1e-10;
+constexpr double pose_tolerance = 1e-10;
 
 const std::vector<std::string> configs = {
     "3rrr.yaml",    "slider-crank.yaml", "scotch-yoke.yaml", "whitworth.yaml",         "delta.yaml",
@@ -55,7 +56,7 @@ TEST_CASE("the tool's point of its body's pose is where the run says the tool is
     for (Eigen::Index k = 0; k < moved.result.time.size(); ++k) {
       const Vector3 place = moved.place(k, tool.body, tool.position);
       for (int axis = 0; axis < moved.result.axes; ++axis)
-        CHECK(std::abs(place[axis] - moved.result.tool_position(k, axis)) < tolerance);
+        CHECK(std::abs(place[axis] - moved.result.tool_position(k, axis)) < pose_tolerance);
     }
   }
 }
@@ -72,7 +73,7 @@ TEST_CASE("joints that turn in a point hold their two bodies together there, tho
       for (Eigen::Index k = 0; k < moved.result.time.size(); ++k)
         CHECK(
             (moved.place(k, joint.first, joint.point_first) - moved.place(k, joint.second, joint.point_second)).norm() <
-            tolerance);
+            pose_tolerance);
     }
   }
 }
@@ -92,7 +93,7 @@ TEST_CASE("the centre of mass of the bodies' poses is that of the run") {
       for (const Attachment& a : mechanism.attachments) sum += a.mass * moved.place(k, a.body, a.position);
       sum /= total_mass(mechanism);
       for (int axis = 0; axis < moved.result.axes; ++axis)
-        CHECK(std::abs(sum[axis] - moved.result.com_position(k, axis)) < tolerance);
+        CHECK(std::abs(sum[axis] - moved.result.com_position(k, axis)) < pose_tolerance);
     }
   }
 }
@@ -139,9 +140,9 @@ TEST_CASE("the bodies' velocities and accelerations give the centre of mass its 
       for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
         add(static_cast<int>(b), mechanism.bodies[b].mass, mechanism.bodies[b].com);
       for (const Attachment& one : mechanism.attachments)
-        if (one.body != ground) add(static_cast<int>(one.body), one.mass, one.position);
+        if (one.body != model::ground) add(static_cast<int>(one.body), one.mass, one.position);
       for (const Disc& one : mechanism.discs)
-        if (one.body != ground) add(static_cast<int>(one.body), one.mass, one.position);
+        if (one.body != model::ground) add(static_cast<int>(one.body), one.mass, one.position);
       const auto is_close = [&](const Vector3& sum, const Samples& column) {
         // round-off of joint coordinates, amplified by the mobility
         const double scale = 1 + column.cwiseAbs().maxCoeff();

@@ -9,6 +9,7 @@
 #include <cmath>
 
 using namespace balance;
+using namespace balance::comparison;
 
 namespace {
 

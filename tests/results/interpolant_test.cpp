@@ -6,6 +6,7 @@
 #include <functional>
 
 using namespace balance;
+using namespace balance::comparison;
 
 namespace {
 

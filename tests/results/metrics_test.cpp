@@ -28,7 +28,8 @@ RunResult run(Study study, const std::string& name, long samples, bool natural =
   for (Trajectory& trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
     trajectory.samples = samples;
-    return natural ? simulate_natural(study.mechanism, trajectory) : simulate(study.mechanism, trajectory);
+    return natural ? verification::simulate_natural(study.mechanism, trajectory)
+                   : simulate(study.mechanism, trajectory);
   }
   FAIL("no trajectory " << name);
   return {};

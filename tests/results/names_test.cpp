@@ -5,6 +5,7 @@
 #include <cmath>
 
 using namespace balance;
+using namespace balance::comparison;
 using Names = std::vector<std::string>;
 
 TEST_CASE("a run is called by its file's stem") {

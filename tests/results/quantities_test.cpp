@@ -17,6 +17,7 @@
 namespace quantities_test {
 
 using namespace balance;
+using namespace balance::results;
 
 namespace {
 
@@ -106,14 +107,15 @@ TEST_CASE("both formulations and a controller without errors record the same qua
   const Study study = config("3rrr.yaml");
   Trajectory trajectory = study.trajectories.front();
   trajectory.samples = 21;
-  const RunResult tree = simulate(study.mechanism, trajectory), natural = simulate_natural(study.mechanism, trajectory);
+  const RunResult tree = simulate(study.mechanism, trajectory),
+                  natural = verification::simulate_natural(study.mechanism, trajectory);
   REQUIRE(natural.outcome.status == MotionStatus::done);
   for (Samples RunResult::*array : {&RunResult::total_torque, &RunResult::shaking_moment_com}) {
     const double scale = (tree.*array).cwiseAbs().maxCoeff();
     CHECK((tree.*array - natural.*array).cwiseAbs().maxCoeff() < 1e-9 * scale);
   }
   Controller controller;
-  controller.type = ControllerType::computed_torque;
+  controller.type = study::ControllerType::computed_torque;
   controller.period = 1e-4;
   const RunResult led = simulate_closed_loop(study.mechanism, trajectory, controller);
   REQUIRE(led.outcome.status == MotionStatus::done);

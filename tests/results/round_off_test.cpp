@@ -17,6 +17,7 @@
 #include <string>
 
 using namespace balance;
+using namespace balance::results;
 
 namespace {
 
@@ -130,7 +131,8 @@ TEST_CASE("the terms are at least as large as their sum, in every quantity of ev
     CAPTURE(name);
     const Study study = config(name);
     check(simulate(study.mechanism, study.trajectories.at(0)));
-    if (std::string(name) == "3rrr.yaml") check(simulate_natural(study.mechanism, study.trajectories.at(0)));
+    if (std::string(name) == "3rrr.yaml")
+      check(verification::simulate_natural(study.mechanism, study.trajectories.at(0)));
   }
   const Study study = config("control-rrr.yaml");
   const auto& controllers = study.controllers;
@@ -178,7 +180,7 @@ TEST_CASE("a mechanism that is held has neither rates nor energy of motion, and 
     CAPTURE(entry.path().filename().string());
     Trajectory held = study.trajectories.front();
     held.to = held.from;
-    held.path = LinePath{};
+    held.path = trajectory::LinePath{};
     held.secondary_tasks.clear();
     held.law = {};
     held.samples = 3;
@@ -207,7 +209,7 @@ TEST_CASE("a mechanism that is held has neither rates nor energy of motion, and 
 
 TEST_CASE("natural coordinates find the same zeros (D2)") {
   const Study study = config("planar-rrr.yaml");
-  const RunResult result = simulate_natural(study.mechanism, study.trajectories.at(0));
+  const RunResult result = verification::simulate_natural(study.mechanism, study.trajectories.at(0));
   REQUIRE(result.outcome.status == MotionStatus::done);
   CHECK(figures(result, "shaking_force").peak == 0);
   CHECK(figures(result, "shaking_moment").peak > 10);
@@ -233,12 +235,13 @@ TEST_CASE("curves that differ by round-off only do not differ, and zeros have no
   const RunResult one = simulate(study.mechanism, study.trajectories.at(0));
   RunResult other = one;
   other.shaking_force.setConstant(one.round_off.shaking_force[0] / 2);  // another round-off
-  for (const auto& [quantity, difference] : list_differences(one, other)) {
+  for (const auto& [quantity, difference] : comparison::list_differences(one, other)) {
     CAPTURE(quantity);
     CHECK(difference.largest == 0);
     CHECK(difference.rms == 0);
   }
-  const ComparedRuns compared = compare_runs({{"a", "", "", "", "", "", one}, {"b", "", "", "", "", "", other}});
-  for (const ComparedQuantity& quantity : compared.quantities)
+  const comparison::ComparedRuns compared =
+      comparison::compare_runs({{"a", "", "", "", "", "", one}, {"b", "", "", "", "", "", other}});
+  for (const comparison::ComparedQuantity& quantity : compared.quantities)
     if (quantity.quantity == "shaking_force") CHECK(std::isnan(ratio_to_base(quantity, 1, Statistic::peak)));
 }

@@ -39,7 +39,7 @@ Keys keys_of(const std::string& text) {
 
 std::vector<balance::Diagnostic> suite_mistakes(const std::string& text) {
   try {
-    parse_suite(text, "suite.yaml");
+    batch::parse_suite(text, "suite.yaml");
   } catch (const SpecError& error) {
     return error.diagnostics();
   }

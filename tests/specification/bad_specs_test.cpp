@@ -10,6 +10,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::specification;
 
 /// `\n` and `\t` as they stand in the table.
 std::string plain(const std::string& text) {
@@ -34,7 +35,7 @@ const std::string& base_of(const std::string& name) {
 
 std::string suite_complaint(const std::string& text) {
   try {
-    parse_suite(text, "suite.yaml");
+    batch::parse_suite(text, "suite.yaml");
   } catch (const SpecError& error) {
     return error.what();
   }

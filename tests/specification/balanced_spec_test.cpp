@@ -11,6 +11,7 @@
 #include <sstream>
 
 using namespace balance;
+using namespace balance::specification;
 using specs::numbers_of;
 
 namespace {

@@ -7,6 +7,7 @@
 namespace complete_spec_test {
 
 using namespace balance;
+using namespace balance::model;
 
 namespace {
 /// Sums and products of two or three numbers: a few roundings.

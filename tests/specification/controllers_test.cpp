@@ -6,6 +6,7 @@
 namespace {
 
 using namespace balance;
+using namespace balance::study;
 
 const Controller& find(const Study& study, const std::string& name) {
   const auto at = std::find_if(study.controllers.begin(), study.controllers.end(),
@@ -59,7 +60,7 @@ TEST_CASE("controllers say what they are, in SI, per actuator, and the built-in 
 
 TEST_CASE("a controller's model is the mechanism with other numbers, factors and things left out, in this order") {
   const Study study = specs::read(specs::planar + section);
-  const Mechanism &truth = study.mechanism, &model = find(study, "d").model.value();
+  const balance::Mechanism &truth = study.mechanism, &model = find(study, "d").model.value();
   CHECK(truth.bodies[1].mass == 2);
   CHECK(model.bodies[1].mass == 6);  // m is 3 there, times 2
   CHECK(model.bodies[1].inertia(2, 2) == doctest::Approx(2 * truth.bodies[1].inertia(2, 2)));

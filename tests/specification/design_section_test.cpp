@@ -5,6 +5,7 @@
 #include <filesystem>
 
 using namespace balance;
+using namespace balance::specification;
 
 namespace {
 
@@ -13,7 +14,7 @@ const std::string as_written = "design: {goal: static, minimize: added-mass}";
 /// The planar spec with this as its last line: line 37, where values begin in column 9.
 std::string designing(const std::string& design) { return specs::with(specs::planar, as_written, "design: " + design); }
 
-DesignRequest request(const std::string& design) { return specs::read(designing(design)).design; }
+study::DesignRequest request(const std::string& design) { return specs::read(designing(design)).design; }
 
 /// What is wrong with a text for `--minimize`.
 std::string objective_complaint(const std::string& text) {
@@ -35,7 +36,7 @@ TEST_CASE("a goal is one name or a list of names") {
 }
 
 TEST_CASE("every goal can be designed for") {
-  for (const std::string& name : goal_names()) {
+  for (const std::string& name : study::goal_names()) {
     const auto goals = request("{goal: " + name + "}").goals;
     REQUIRE(goals.size() == 1);
     CHECK(goal_name(goals[0]) == name);
@@ -73,14 +74,14 @@ TEST_CASE("trajectories that a motion brings by itself may be minimized along") 
 }
 
 TEST_CASE("search options that are not given keep their defaults") {
-  const SearchOptions some = request("{search: {global: isres, seed: 7, seconds: \"2 * l\"}}").search, defaults;
+  const study::SearchOptions some = request("{search: {global: isres, seed: 7, seconds: \"2 * l\"}}").search, defaults;
   CHECK(some.global == "isres");
   CHECK(some.seed == 7);
   CHECK(some.max_time == 1);
   CHECK(some.local == defaults.local);
   CHECK(some.max_restarts == defaults.max_restarts);
   CHECK(some.max_evaluations == defaults.max_evaluations);
-  const SearchOptions others = request("{search: {local: sbplx, restarts: 3, evaluations: 1.0e+8}}").search;
+  const study::SearchOptions others = request("{search: {local: sbplx, restarts: 3, evaluations: 1.0e+8}}").search;
   CHECK(others.local == "sbplx");
   CHECK(others.max_restarts == 3);
   CHECK(others.max_evaluations == 100'000'000);

@@ -15,6 +15,7 @@
 #include <random>
 
 using namespace balance;
+using namespace balance::expression;
 using specs::numbers_of;
 
 namespace {
@@ -122,7 +123,7 @@ TEST_CASE("derivatives of a mechanism by its free numbers are central difference
   for (const std::string& file : config_files()) {
     const DesignSpace space = read_design_space_file(file);
     const VectorX x = somewhere(space.start, random);
-    const ParametricMechanism mechanism = space.parametric();
+    const study::ParametricMechanism mechanism = space.parametric();
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       std::vector<Dual<1>> numbers(x.begin(), x.end());
       numbers[static_cast<std::size_t>(i)].d[0] = 1;
@@ -132,7 +133,7 @@ TEST_CASE("derivatives of a mechanism by its free numbers are central difference
       VectorX up = x, down = x;
       up[i] += h, down[i] -= h;
       const auto a = numbers_of(space.instantiate(up).mechanism), b = numbers_of(space.instantiate(down).mechanism);
-      const auto slopes = numbers_of(convert_mechanism<double>(exact, [](const Dual<1>& v) { return v.d[0]; }));
+      const auto slopes = numbers_of(model::convert_mechanism<double>(exact, [](const Dual<1>& v) { return v.d[0]; }));
       const auto values = numbers_of(space.instantiate(x).mechanism);
       REQUIRE(a.size() == slopes.size());
       INFO(file << ", " << free.key_path);
@@ -157,6 +158,6 @@ TEST_CASE("hostile expressions do no harm") {
   const std::string text = specs::with(specs::planar, "parameters: {", "parameters: " + parameters + ", ");
   const DesignSpace space = read_design_space(text, "s.yaml");
   CHECK(space.recording->graph.nodes().size() < 3 * static_cast<std::size_t>(count));
-  const RecordedValues<double> values(*space.recording, std::vector<double>(space.inputs.size(), 0.5));
+  const study::RecordedValues<double> values(*space.recording, std::vector<double>(space.inputs.size(), 0.5));
   CHECK(values(space.recording->parameters[static_cast<std::size_t>(count - 1)].value) == std::ldexp(0.5, count - 1));
 }

@@ -13,6 +13,7 @@
 #include <thread>
 
 using namespace balance;
+using namespace balance::hdf5;
 
 namespace {
 

@@ -34,8 +34,8 @@ class Numbers {
     return value ? *this << *value : *this;
   }
   Numbers& operator<<(const balance::CoordinateValue& value) { return *this << value.coordinate << value.value; }
-  Numbers& operator<<(const balance::CoordinateTerm& term) { return *this << term.coordinate << term.ratio; }
-  Numbers& operator<<(const balance::NamedPoint& point) { return *this << point.position; }
+  Numbers& operator<<(const balance::model::CoordinateTerm& term) { return *this << term.coordinate << term.ratio; }
+  Numbers& operator<<(const balance::model::NamedPoint& point) { return *this << point.position; }
 
   std::vector<double> all;
 };
@@ -60,7 +60,7 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   return n.all;
 }
 
-inline void add_pose(Numbers& n, const balance::PoseTarget& pose) {
+inline void add_pose(Numbers& n, const balance::trajectory::PoseTarget& pose) {
   n << pose.joints << pose.tool << pose.angle << pose.orientation << pose.com;
 }
 
@@ -71,11 +71,11 @@ inline std::vector<double> numbers_of(const balance::Trajectory& t) {
   add_pose(n, t.from);
   add_pose(n, t.to);
   n << static_cast<double>(t.path.index());
-  if (const auto* circle = std::get_if<balance::CirclePath>(&t.path))
+  if (const auto* circle = std::get_if<balance::trajectory::CirclePath>(&t.path))
     n << circle->centre << circle->normal << circle->angle;
-  if (const auto* arc = std::get_if<balance::ArcPath>(&t.path)) n << arc->via;
-  if (const auto* table = std::get_if<balance::TablePath>(&t.path)) n << table->time << table->values;
-  if (const auto* way = std::get_if<balance::WaypointPath>(&t.path)) {
+  if (const auto* arc = std::get_if<balance::trajectory::ArcPath>(&t.path)) n << arc->via;
+  if (const auto* table = std::get_if<balance::trajectory::TablePath>(&t.path)) n << table->time << table->values;
+  if (const auto* way = std::get_if<balance::trajectory::WaypointPath>(&t.path)) {
     n << way->fractions;
     for (const auto& point : way->points) add_pose(n, point);
   }

@@ -31,9 +31,9 @@ const std::string parameters = "{l1: 0.5, l2: 0.4, m1: 2, beta: \"-(m1 + 0.02) /
 /// "l1 = 0.5 m: link1.B.x; …", one line per symbol.
 std::string listed(const std::string& text, const ReadOptions& options = {}) {
   std::string lines;
-  for (const GeometricSymbol& s : list_symbols(read_design_space(text, "arm.yaml", options))) {
+  for (const conditions::GeometricSymbol& s : conditions::list_symbols(read_design_space(text, "arm.yaml", options))) {
     lines += s.label + " = " + std::to_string(s.value).substr(0, 7) + " " + s.unit + ":";
-    for (const GeometricSymbol::Use& use : s.uses)
+    for (const conditions::GeometricSymbol::Use& use : s.uses)
       lines += " " + use.number.label + (use.exponent == 1 ? "" : "^" + std::to_string(use.exponent));
     lines += "\n";
   }
@@ -79,5 +79,5 @@ TEST_CASE("a parameter called g does not lend its name to gravity") {
 TEST_CASE("a study without its expressions still has the names of places") {
   DesignSpace space;
   space.start = read_spec(spec(parameters), "arm.yaml");
-  CHECK(list_symbols(space).size() == list_geometric_symbols(space.start.mechanism).size());
+  CHECK(conditions::list_symbols(space).size() == conditions::list_geometric_symbols(space.start.mechanism).size());
 }

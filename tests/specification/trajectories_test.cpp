@@ -6,6 +6,8 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::specification;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::time_optimal;
 
 namespace {
 
@@ -27,7 +28,7 @@ struct Case {
   Trajectory trajectory;
 };
 
-Case take(const std::string& config, DriveKind drive, const std::vector<MotionLimit>& limits) {
+Case take(const std::string& config, DriveKind drive, const std::vector<trajectory::MotionLimit>& limits) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
   const auto cycloid = std::find_if(study.trajectories.begin(), study.trajectories.end(),
                                     [](const Trajectory& t) { return t.name == "cycloid"; });
@@ -56,12 +57,12 @@ double peak(const RunResult& result, const std::string& quantity) {
 }
 
 /// Simulates by both formulations what was found, and checks that limits are kept, one of them fully used.
-void check_limits(const Case& c, const Trajectory& found, const std::vector<MotionLimit>& limits) {
-  for (const RunResult& run : {simulate(c.mechanism, found), simulate_natural(c.mechanism, found)}) {
+void check_limits(const Case& c, const Trajectory& found, const std::vector<trajectory::MotionLimit>& limits) {
+  for (const RunResult& run : {simulate(c.mechanism, found), verification::simulate_natural(c.mechanism, found)}) {
     INFO(run.outcome.reason);
     REQUIRE(run.outcome.status == MotionStatus::done);
     double fullest = 0;
-    for (const MotionLimit& limit : limits) {
+    for (const trajectory::MotionLimit& limit : limits) {
       const double used = peak(run, limit.quantity) / limit.upper_bound;
       CAPTURE(limit.quantity);
       CHECK(used < 1 + 1e-5);

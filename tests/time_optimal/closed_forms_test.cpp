@@ -9,6 +9,8 @@
 #include <cmath>
 
 using namespace balance;
+using namespace balance::time_optimal;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -18,6 +18,8 @@
 namespace corridor_test {
 
 using namespace balance;
+using namespace balance::time_optimal;
+using namespace balance::trajectory;
 
 namespace {
 
@@ -191,7 +193,7 @@ TEST_CASE("the tool of the 3RRR near its line: the least peak of the shaking for
     CHECK(timed.corridor->objective_value == doctest::Approx(r.force).epsilon(1e-5));
     CHECK(timed.corridor->centreline_value == doctest::Approx(556.145680).epsilon(1e-8));
     for (const RunResult& run :
-         {simulate(c.mechanism, timed.trajectory), simulate_natural(c.mechanism, timed.trajectory)}) {
+         {simulate(c.mechanism, timed.trajectory), verification::simulate_natural(c.mechanism, timed.trajectory)}) {
       REQUIRE(run.outcome.status == MotionStatus::done);
       CHECK(peak(run, "shaking_force") == doctest::Approx(timed.corridor->objective_value).epsilon(1e-5));
       CHECK(farthest(run) < r.width * (1 + 1e-6));

@@ -13,6 +13,7 @@
 namespace intervals_test {
 
 using namespace balance;
+using namespace balance::time_optimal;
 
 namespace {
 
@@ -26,7 +27,7 @@ Trajectory named(const Study& study, const std::string& name) {
 }
 
 /// The ceiling at a place, between those next to it.
-double ceiling_at(const PhasePlane& plane, double place) {
+double ceiling_at(const trajectory::PhasePlane& plane, double place) {
   Eigen::Index k = 1;
   while (k + 1 < plane.mvc_path_parameter.size() && plane.mvc_path_parameter[k] < place) ++k;
   return std::max(plane.mvc_path_rate[k - 1], plane.mvc_path_rate[k]);
@@ -77,7 +78,7 @@ TEST_CASE("the ceiling of a limited speed is that speed, and the law touches it"
   const RunResult run =
       simulate(make_slider({.mass = mass}), slide(distance, {{"torque", 30}, {"joint_velocity", most}}));
   REQUIRE(run.outcome.status == MotionStatus::done);
-  const PhasePlane& plane = run.phase_plane;
+  const trajectory::PhasePlane& plane = run.phase_plane;
   REQUIRE(plane.mvc_path_rate.size() > 10);
   CHECK((plane.mvc_path_rate.array() - most / distance).abs().maxCoeff() < 1e-9 * most / distance);
   CHECK(plane.path_rate.maxCoeff() == doctest::Approx(most / distance).epsilon(1e-9));
@@ -92,7 +93,7 @@ TEST_CASE("a law stays below its ceiling, and its way over its rate is its durat
     if (law == MotionLawKind::min_peak) trajectory.min_peak_quantity = "shaking_force", trajectory.limits.clear();
     const RunResult run = simulate(study.mechanism, trajectory);
     REQUIRE(run.outcome.status == MotionStatus::done);
-    const PhasePlane& plane = run.phase_plane;
+    const trajectory::PhasePlane& plane = run.phase_plane;
     CHECK(plane.path_parameter[0] == 0);
     CHECK(plane.path_parameter[plane.path_parameter.size() - 1] == doctest::Approx(1).epsilon(1e-12));
     double way = 0;  // trapezoids of the rate over the time

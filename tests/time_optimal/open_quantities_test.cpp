@@ -16,6 +16,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 
@@ -49,12 +50,12 @@ double rms_of_moment(const Study& study, const std::vector<double>& coefficients
 
 TEST_CASE("a clamped spline is zero with its rate at both ends, and smooth but for its jump") {
   for (const bool jump : {false, true}) {
-    const PiecewiseChebyshevSeries course = make_clamped_bspline({0.3, -1.2, 0.7, 0.4}, jump);
+    const numerics::PiecewiseChebyshevSeries course = make_clamped_bspline({0.3, -1.2, 0.7, 0.4}, jump);
     for (const auto& [place, side] : {std::pair{0.0, Side::after}, std::pair{1.0, Side::before}}) {
       CHECK(std::abs(evaluate_with_derivatives(course, place, side).value) < 1e-15);
       CHECK(std::abs(evaluate_with_derivatives(course, place, side).first) < 1e-13);
     }
-    for (const Panel& panel : course.panels()) {
+    for (const numerics::Panel& panel : course.panels()) {
       if (panel.begin == 0) continue;
       const ValueWithDerivatives before = evaluate_with_derivatives(course, panel.begin, Side::before),
                                  after = evaluate_with_derivatives(course, panel.begin, Side::after);
@@ -73,7 +74,7 @@ TEST_CASE("a clamped spline is zero with its rate at both ends, and smooth but f
 
 TEST_CASE("B-splines add up to one where the ends do not count") {
   // with all coefficients 1 of many, the middle is covered by four full B-splines whose sum is 1
-  const PiecewiseChebyshevSeries course = make_clamped_bspline(std::vector<double>(9, 1.0), false);
+  const numerics::PiecewiseChebyshevSeries course = make_clamped_bspline(std::vector<double>(9, 1.0), false);
   for (double x = 0.4; x < 0.6; x += 0.01)
     CHECK(evaluate_with_derivatives(course, x, Side::after).value == doctest::Approx(1).epsilon(1e-14));
 }
@@ -97,7 +98,7 @@ TEST_CASE("the guided 3RRR with the best splines shakes by the known moments, an
       CHECK(rms_of_moment(three, other, 20001) > least);
     }
   const RunResult tree = simulate(three.mechanism, three.trajectories.front());
-  const RunResult natural = simulate_natural(three.mechanism, three.trajectories.front());
+  const RunResult natural = verification::simulate_natural(three.mechanism, three.trajectories.front());
   REQUIRE(natural.outcome.status == MotionStatus::done);
   const double size = figure(tree, "shaking_moment").peak;
   CHECK((tree.shaking_moment - natural.shaking_moment).cwiseAbs().maxCoeff() < 1e-9 * size);
@@ -122,7 +123,7 @@ TEST_CASE("momentum kept at zero leaves no shaking moment, whatever the law") {
     CHECK(still.tool_position(last, 0) == doctest::Approx(0.09610128).epsilon(1e-7));
     CHECK(still.tool_position(last, 1) == doctest::Approx(0.05038704).epsilon(1e-7));
   }
-  const RunResult natural = simulate_natural(study.mechanism, study.trajectories[0]);
+  const RunResult natural = verification::simulate_natural(study.mechanism, study.trajectories[0]);
   REQUIRE(natural.outcome.status == MotionStatus::done);
   CHECK(natural.shaking_moment.cwiseAbs().maxCoeff() < 1e-9 * before);
 }

@@ -29,7 +29,7 @@ inline Mechanism make_slider(const SliderOptions& o) {
   return m;
 }
 
-inline Trajectory slide(double distance, const std::vector<MotionLimit>& limits) {
+inline Trajectory slide(double distance, const std::vector<trajectory::MotionLimit>& limits) {
   Trajectory t;
   t.name = "slide";
   t.law.kind = MotionLawKind::time_optimal;

@@ -70,7 +70,7 @@ TEST_CASE("a constant angular momentum is kept, whatever the law, and there is n
     for (Eigen::Index row = 0; row < run.time.size(); row += 10)
       CHECK(std::abs(momentum_at(dynamics, run, row).z() - stated) < 1e-8 * std::abs(stated));
     CHECK(run.shaking_moment.cwiseAbs().maxCoeff() < 1e-8 * usual);
-    const RunResult natural = simulate_natural(study.mechanism, study.trajectories[index]);
+    const RunResult natural = verification::simulate_natural(study.mechanism, study.trajectories[index]);
     REQUIRE(natural.outcome.status == MotionStatus::done);
     CHECK(natural.shaking_moment.cwiseAbs().maxCoeff() < 1e-8 * usual);
   }
@@ -81,8 +81,8 @@ TEST_CASE("a table of the angular momentum is followed, and its slope is the sha
       "  along: {law: 3-4-5, drive: com, samples: 401, remaining: {angle: {momentum:\n"
       "    {table: [[0, 0], [0.03, 0.02], [0.05, 0.01], [0.08, 0.03], [0.1, 0]]}}}}\n");
   const VectorX values = (VectorX(5) << 0, 0.02, 0.01, 0.03, 0).finished();
-  const CubicSpline stated({0, 0.03, 0.05, 0.08, 0.1}, Samples(values), SplineEnd::not_a_knot);
-  const RunResult run = done(study), natural = simulate_natural(study.mechanism, study.trajectories[0]);
+  const numerics::CubicSpline stated({0, 0.03, 0.05, 0.08, 0.1}, Samples(values), numerics::SplineEnd::not_a_knot);
+  const RunResult run = done(study), natural = verification::simulate_natural(study.mechanism, study.trajectories[0]);
   REQUIRE(natural.outcome.status == MotionStatus::done);
   InverseDynamics dynamics(study.mechanism);
   const double most = 0.03, steepest = run.shaking_moment.cwiseAbs().maxCoeff();
@@ -104,7 +104,7 @@ TEST_CASE("in space every quantity keeps a component of its own") {
                  "J1: {momentum: {table: [[0, 0], [0.4, 0.01], [1, 0.04]]}, axis: z}}}\n");
   const RunResult run = done(study);
   const VectorX values = (VectorX(3) << 0, 0.01, 0.04).finished();
-  const CubicSpline stated({0, 0.4, 1}, Samples(values), SplineEnd::natural);
+  const numerics::CubicSpline stated({0, 0.4, 1}, Samples(values), numerics::SplineEnd::natural);
   InverseDynamics dynamics(study.mechanism);
   VectorX value(1), first(1), second(1);
   for (Eigen::Index row = 0; row < run.time.size(); row += 5) {

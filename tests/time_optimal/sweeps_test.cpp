@@ -17,6 +17,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::time_optimal;
 
 namespace {
 
@@ -31,7 +32,7 @@ Samples torques(const Mechanism& mechanism, Trajectory trajectory, MotionLawKind
   trajectory.law = {.kind = law};
   trajectory.duration = duration;
   trajectory.samples = samples;
-  const RunResult run = simulate_natural(mechanism, trajectory);
+  const RunResult run = verification::simulate_natural(mechanism, trajectory);
   REQUIRE(run.outcome.status == MotionStatus::done);
   return run.torque;
 }
@@ -51,8 +52,8 @@ class Rows {
       even.push_back(t);
       graded.push_back(t < 0.5 ? 2 * t * t : 1 - 2 * (1 - t) * (1 - t));
     }
-    b_.emplace(even, Samples((once - twice) * (4.0 / 3)), SplineEnd::not_a_knot);
-    c_.emplace(even, Samples((4 * twice - once) / 3), SplineEnd::not_a_knot);
+    b_.emplace(even, Samples((once - twice) * (4.0 / 3)), numerics::SplineEnd::not_a_knot);
+    c_.emplace(even, Samples((4 * twice - once) / 3), numerics::SplineEnd::not_a_knot);
     Samples a(count, once.cols());
     for (long k = 0; k < count; ++k) {
       const double s = graded[static_cast<std::size_t>(k)];
@@ -60,7 +61,7 @@ class Rows {
       const VectorX rest = 8 * std::min(s, 1 - s) * at(*b_, s) + at(*c_, s);
       a.row(k) = (first ? 0.25 : -0.25) * (bang.row(k).transpose() - rest).transpose();
     }
-    a_.emplace(graded, a, SplineEnd::not_a_knot);
+    a_.emplace(graded, a, numerics::SplineEnd::not_a_knot);
   }
 
   std::vector<Row> operator()(double s) const {
@@ -72,14 +73,14 @@ class Rows {
   }
 
  private:
-  static VectorX at(const CubicSpline& spline, double s) {
+  static VectorX at(const numerics::CubicSpline& spline, double s) {
     VectorX value(spline.size()), first = value, second = value;
     spline.at(s, value, first, second);
     return value;
   }
 
   std::vector<double> bounds_;
-  std::optional<CubicSpline> a_, b_, c_;
+  std::optional<numerics::CubicSpline> a_, b_, c_;
 };
 
 struct Cell {
@@ -124,7 +125,8 @@ double sweep(const Rows& rows) {
   return duration;
 }
 
-void compare(const std::string& config, const std::vector<MotionLimit>& limits, const std::vector<double>& bounds) {
+void compare(const std::string& config, const std::vector<trajectory::MotionLimit>& limits,
+             const std::vector<double>& bounds) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
   Trajectory trajectory = study.trajectories.front();
   const double swept = sweep(Rows(study.mechanism, trajectory, bounds));

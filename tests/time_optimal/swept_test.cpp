@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::time_optimal;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::tolerance;
 
 namespace {
 
@@ -23,8 +24,8 @@ VectorX vector(std::initializer_list<double> entries) {
 
 LinearizedSample scalar(double time, double value, const VectorX& change) { return {time, vector({value}), change}; }
 
-Tolerances numbers(std::size_t count, Distribution spread = Distribution::normal) {
-  return Tolerances(count, TolerancedParameter{.path = "x", .width = 1, .distribution = spread});
+Tolerances numbers(std::size_t count, study::Distribution spread = study::Distribution::normal) {
+  return Tolerances(count, study::TolerancedParameter{.path = "x", .width = 1, .distribution = spread});
 }
 
 /// Mean and deviation of the larger of two normal figures (Clark 1961, eq. 2 and 3).
@@ -79,7 +80,7 @@ TEST_CASE("uniform numbers and vectors are drawn as they are") {
   ExtremeFigure peak({one, two}, ExtremeFigure::Kind::peak);
   REQUIRE(peak.has_several_candidates());
   std::vector<ExtremeFigure*> all{&peak};
-  sample_extreme_figures(all, numbers(2, Distribution::uniform));
+  sample_extreme_figures(all, numbers(2, study::Distribution::uniform));
   std::mt19937_64 random(9);
   std::uniform_real_distribution<double> in(-std::numbers::sqrt3, std::numbers::sqrt3);
   constexpr int count = 200'000;

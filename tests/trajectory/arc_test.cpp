@@ -12,6 +12,7 @@
 #include <numbers>
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

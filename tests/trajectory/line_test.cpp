@@ -12,6 +12,7 @@
 namespace line_test {
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

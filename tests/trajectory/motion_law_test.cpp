@@ -12,6 +12,7 @@
 namespace motion_law_test {
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -19,8 +19,9 @@ inline VectorX values(std::initializer_list<double> entries) {
   return vector;
 }
 
-inline DriveSample sample_at(const PrescribedMotion& schedule, double time, Side side = Side::after) {
-  DriveSample sample;
+inline trajectory::DriveSample sample_at(const trajectory::PrescribedMotion& schedule, double time,
+                                         trajectory::Side side = trajectory::Side::after) {
+  trajectory::DriveSample sample;
   schedule.at(time, side, sample);
   return sample;
 }
@@ -32,7 +33,7 @@ inline Vector3 unskew(const Matrix3& m) {
 
 /// Every derivative against central differences on 499 times that keep clear of the jumps.
 /// @param scale of the third and fourth time derivatives: the truncation is h²/6 times them, with h = 1e-5 of the duration
-inline void check_derivatives(const PrescribedMotion& schedule, double scale) {
+inline void check_derivatives(const trajectory::PrescribedMotion& schedule, double scale) {
   const double h = 1e-5 * schedule.duration(), tolerance = h * h * scale + 1e-8;
   for (int i = 1; i < 500; ++i) {
     const double time = schedule.duration() * i / 500.3;
@@ -40,8 +41,8 @@ inline void check_derivatives(const PrescribedMotion& schedule, double scale) {
                                   [&](double jump) { return std::abs(jump - time) < 2 * h; });
     if (near) continue;
     CAPTURE(time);
-    const DriveSample left = sample_at(schedule, time - h), here = sample_at(schedule, time);
-    const DriveSample right = sample_at(schedule, time + h);
+    const trajectory::DriveSample left = sample_at(schedule, time - h), here = sample_at(schedule, time);
+    const trajectory::DriveSample right = sample_at(schedule, time + h);
     CHECK(((right.value - left.value) / (2 * h) - here.rate).norm() < tolerance);
     CHECK(((right.rate - left.rate) / (2 * h) - here.acceleration).norm() < tolerance);
     const Matrix3 spin = (right.rotation - left.rotation) / (2 * h) * here.rotation.transpose();
@@ -53,9 +54,9 @@ inline void check_derivatives(const PrescribedMotion& schedule, double scale) {
 }
 
 /// What a refused request says; empty if it is accepted.
-inline std::string refusal(const PrescribedMotion::Request& request) {
+inline std::string refusal(const trajectory::PrescribedMotion::Request& request) {
   try {
-    const PrescribedMotion schedule(request);
+    const trajectory::PrescribedMotion schedule(request);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }

@@ -11,6 +11,7 @@
 namespace table_test {
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

@@ -12,6 +12,7 @@
 namespace waypoint_test {
 
 using namespace balance;
+using namespace balance::trajectory;
 
 namespace {
 

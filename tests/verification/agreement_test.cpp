@@ -8,6 +8,7 @@
 #include <filesystem>
 
 using namespace balance;
+using namespace balance::verification;
 
 TEST_CASE("both formulations agree to 1e-9 on every trajectory of every planar config, and on its force conditions") {
   int specs = 0, trajectories = 0;

@@ -11,6 +11,7 @@
 #include <doctest/doctest.h>
 
 using namespace balance;
+using namespace balance::verification;
 using namespace natural_tests;
 
 namespace {

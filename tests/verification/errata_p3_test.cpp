@@ -12,7 +12,7 @@
 #include <numeric>
 
 using namespace balance;
-using natural::Complex;
+using balance::verification::natural::Complex;
 
 namespace {
 
@@ -63,7 +63,7 @@ constexpr double l = 0.8, k = 0.3, h = 0.7;
 TEST_CASE("P3 eq. 2-5: a two-point body's mass matrix, with J about A in all three places") {
   const Cloud body;
   const double m = body.m(), x = body.x(), y = body.y(), J = body.polar();
-  const Eigen::Matrix2cd M = natural::two_point_mass({m, m * Complex(x, y), J}, 0, l);
+  const Eigen::Matrix2cd M = verification::natural::two_point_mass({m, m * Complex(x, y), J}, 0, l);
   const Complex diagonal = m - 2 * m * x / l + J / (l * l), upper = {m * x / l - J / (l * l), m * y / l};
   CHECK(std::abs(M(0, 0) - diagonal) < 1e-14);
   CHECK(std::abs(M(0, 1) - upper) < 1e-14);  // a 2×2 block [Re −Im; Im Re] is eq. 3
@@ -79,8 +79,8 @@ TEST_CASE("P3 eq. 1-5: the two-point matrix gives the kinetic energy of every ri
   const Complex a(-0.2, 0.4), b(0.5, -0.1), velocity(0.7, -1.1);
   const double spin = 1.9;
   const Complex moment = body.sum([](Complex r) { return r; });
-  const Eigen::Matrix2cd M = natural::two_point_mass({body.m(), moment, body.polar()}, a, b);
-  const auto at = [&](Complex r) { return velocity + natural::imaginary * spin * r; };
+  const Eigen::Matrix2cd M = verification::natural::two_point_mass({body.m(), moment, body.polar()}, a, b);
+  const auto at = [&](Complex r) { return velocity + verification::natural::imaginary * spin * r; };
   const Eigen::Vector2cd rates(at(a), at(b));
   const double energy = 0.5 * (rates.adjoint() * M * rates)(0).real();
   CHECK(energy == doctest::Approx(0.5 * body.sum([&](Complex r) { return std::norm(at(r)); })).epsilon(1e-13));
@@ -105,7 +105,7 @@ TEST_CASE("P3 eq. 8-14: the three-point matrix as corrected is the integral of p
     for (int j = i; j < 3; ++j) CHECK(corrected(i, j) == doctest::Approx(exact(i, j)).epsilon(1e-12));
   Matrix3 moments;
   moments << m, m * x, m * y, m * x, Jx, Jxy, m * y, Jxy, Jy;
-  CHECK((natural::three_point_mass(moments, 0, l, Complex(k, h)) - exact).norm() < 1e-13);
+  CHECK((verification::natural::three_point_mass(moments, 0, l, Complex(k, h)) - exact).norm() < 1e-13);
 
   // as printed
   const double eq12 = k * k / (l * l * h * h) * Jy - 2 * k * k / (l * l * h) * Jxy + Jx / (k * k);
@@ -124,17 +124,17 @@ TEST_CASE("P3 eq. 8-14: the three-point matrix as corrected is the integral of p
 TEST_CASE(
     "P3 eq. 6-14: only J = J_x + J_y shows in a rigid motion: any split of it gives the same energy and momentum") {
   const Cloud body;
-  const natural::NaturalInertia inertia{body.m(), body.sum([](Complex r) { return r; }), body.polar()};
+  const verification::natural::NaturalInertia inertia{body.m(), body.sum([](Complex r) { return r; }), body.polar()};
   Matrix3 moments;
   moments << body.m(), body.m() * body.x(), body.m() * body.y(), body.m() * body.x(), body.xx(), body.xy(),
       body.m() * body.y(), body.xy(), body.yy();
   const Complex corners[] = {{0, 0}, {l, 0}, {k, h}};
-  const Matrix3 own = natural::three_point_mass(moments, corners[0], corners[1], corners[2]);
-  const Matrix3 other =
-      natural::three_point_mass(natural::isotropic_moments(inertia), corners[0], corners[1], corners[2]);
+  const Matrix3 own = verification::natural::three_point_mass(moments, corners[0], corners[1], corners[2]);
+  const Matrix3 other = verification::natural::three_point_mass(verification::natural::isotropic_moments(inertia),
+                                                                corners[0], corners[1], corners[2]);
   CHECK((own - other).norm() > 0.01);
   Eigen::Vector3cd rates;
-  for (int p = 0; p < 3; ++p) rates[p] = Complex(0.4, -0.9) + natural::imaginary * 1.3 * corners[p];
+  for (int p = 0; p < 3; ++p) rates[p] = Complex(0.4, -0.9) + verification::natural::imaginary * 1.3 * corners[p];
   const auto energy = [&](const Matrix3& M) { return 0.5 * (rates.adjoint() * M * rates)(0).real(); };
   CHECK(energy(own) == doctest::Approx(energy(other)).epsilon(1e-13));
   CHECK(std::abs((own * rates).sum() - (other * rates).sum()) < 1e-13);
@@ -142,8 +142,8 @@ TEST_CASE(
 
 TEST_CASE("P3 eq. 27: the term with the points' velocities, (dq̃/dt) M q̇, is zero for every M that a body can have") {
   const Cloud body;
-  const Eigen::Matrix2cd M =
-      natural::two_point_mass({body.m(), body.sum([](Complex r) { return r; }), body.polar()}, {0.1, 0.2}, {0.6, -0.3});
+  const Eigen::Matrix2cd M = verification::natural::two_point_mass(
+      {body.m(), body.sum([](Complex r) { return r; }), body.polar()}, {0.1, 0.2}, {0.6, -0.3});
   const Eigen::Vector2cd rates(Complex(0.3, -0.8), Complex(1.4, 0.5));  // not even rigid
   CHECK(std::abs((rates.adjoint() * M * rates)(0).imag()) < 1e-15);
 }
@@ -182,7 +182,7 @@ struct Platform3Rrr {
     for (int leg = 0; leg < 3; ++leg) {
       const int crank = 2 * leg + 1, coupler = crank + 1;
       const std::string n = std::to_string(leg + 1);
-      m.joints.push_back({.name = "A" + n, .first = ground, .second = crank, .point_first = A[leg]});
+      m.joints.push_back({.name = "A" + n, .first = model::ground, .second = crank, .point_first = A[leg]});
       m.joints.push_back({.name = "B" + n, .first = crank, .second = coupler, .point_first = {length[crank], 0, 0}});
       m.joints.push_back({.name = "C" + n,
                           .first = coupler,
@@ -195,7 +195,8 @@ struct Platform3Rrr {
 
   std::map<std::string, Complex> coefficients() const {
     std::map<std::string, Complex> all;
-    for (const natural::PointCoefficient& p : natural::point_coefficients(m)) all[p.point] = p.coefficient;
+    for (const verification::natural::PointCoefficient& p : verification::natural::point_coefficients(m))
+      all[p.point] = p.coefficient;
     return all;
   }
   /// Weights of the platform's corners at its centre of mass.
@@ -237,12 +238,12 @@ TEST_CASE("P3 eq. 37-46: the coefficient matrices as corrected; as printed, eq. 
 
 TEST_CASE("P3 eq. 35: the block of B2 is M4 of body 3 and M1 of body 4, not M4 of body 1") {
   const Platform3Rrr robot;
-  const natural::NaturalModel model =
-      natural::build_model(robot.m, {}, false, {std::vector<double>(robot.m.coordinates.size(), 0.0), 0});
+  const verification::natural::NaturalModel model =
+      verification::natural::build_model(robot.m, {}, false, {std::vector<double>(robot.m.coordinates.size(), 0.0), 0});
   const auto B2 = static_cast<int>(std::find(model.basic.names.begin(), model.basic.names.end(), "3.B") -
                                    model.basic.names.begin());
   Complex block;
-  for (const natural::MassEntry& entry : model.mass)
+  for (const verification::natural::MassEntry& entry : model.mass)
     if (entry.row == B2 && entry.column == B2) block += entry.value;
   const auto about_origin = [&](int b) {
     return robot.m.bodies[static_cast<std::size_t>(b)].inertia(2, 2) +
@@ -259,13 +260,13 @@ TEST_CASE("P3 eq. 30: nine distances close the 3RRR with three freedoms; the pri
   // assembled: the configuration nearest to one in which the legs reach inwards
   const double A1 = 2.2, A2 = 0.2, A3 = -2.2;
   std::vector<double> q{A1, 1.0, 0, A2, 1.0, 0, A3, 1.0, 0};
-  const natural::NaturalModel model = natural::build_model(robot.m, {}, false, {q, 0});
+  const verification::natural::NaturalModel model = verification::natural::build_model(robot.m, {}, false, {q, 0});
   CHECK(model.unknowns() == 12);
   CHECK(model.constraints.size() == 9);
-  natural::NaturalKinematicEquations equations(model, {});
-  natural::NaturalCoordinates at = model.start;
+  verification::natural::NaturalKinematicEquations equations(model, {});
+  verification::natural::NaturalCoordinates at = model.start;
   REQUIRE(equations.solve_least_norm(at, VectorX()));
-  CHECK(natural::find_generic_constraint_rank(model, at) == 9);
+  CHECK(verification::natural::find_generic_constraint_rank(model, at) == 9);
   const auto point = [&](const std::string& name) {
     const auto found = std::find(model.basic.names.begin(), model.basic.names.end(), name);
     REQUIRE(found != model.basic.names.end());

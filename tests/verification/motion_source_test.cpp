@@ -13,6 +13,7 @@
 #include <vector>
 
 using namespace balance;
+using namespace balance::verification;
 
 namespace {
 
@@ -26,15 +27,15 @@ double difference(const Samples& a, const Samples& b) {
 void compare_sources(const Mechanism& mechanism, const Trajectory& trajectory) {
   const NaturalStart start = find_natural_start(mechanism, trajectory);
   REQUIRE(start.outcome.status == MotionStatus::done);
-  const CompiledMotion<Planar> motion(mechanism, trajectory);
-  TreeMotionSource<Planar> tree(mechanism, motion, trajectory.about, Detail::all);
+  const kinematics::CompiledMotion<kinematics::Planar> motion(mechanism, trajectory);
+  dynamics::TreeMotionSource<kinematics::Planar> tree(mechanism, motion, trajectory.about, dynamics::Detail::all);
   natural::NaturalMotionSource points(mechanism, trajectory, start.start);
   REQUIRE(tree.outcome().status == MotionStatus::done);
   const double duration = tree.prescribed_motion().duration();
   CHECK(points.prescribed_motion().jump_times() == tree.prescribed_motion().jump_times());
   std::vector<double> times;
   for (int k = 0; k <= 40; ++k) times.push_back(duration * k * k / 1500.0);  // uneven, and beyond the end
-  const MotionTable a = sample_motion(mechanism, tree, times), b = sample_motion(mechanism, points, times);
+  const trajectory::MotionTable a = sample_motion(mechanism, tree, times), b = sample_motion(mechanism, points, times);
   CHECK(a.outcome.status == MotionStatus::done);
   CHECK(b.outcome.status == MotionStatus::done);
   // as in agreement_test.cpp

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 using namespace balance;
+using namespace balance::verification;
 
 namespace {
 

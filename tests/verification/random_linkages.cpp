@@ -20,7 +20,7 @@ class Maker {
     turns_.push_back(0);
     for (int k = 0; k < recipe.cranks; ++k) {
       const int crank = add_body();
-      add_joint(JointType::revolute, ground, crank, crank % 2 == 0);
+      add_joint(JointType::revolute, model::ground, crank, crank % 2 == 0);
     }
     for (int k = 0; k < recipe.dyads; ++k) add_dyad(number(0, 1) < recipe.sliders);
     m_.coordinates = list_coordinates(SpaceKind::planar, m_.joints);

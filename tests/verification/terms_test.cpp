@@ -18,18 +18,18 @@ constexpr const char* machines[] = {"3rrr.yaml",         "5r.yaml",          "fo
 
 struct Linkage {
   explicit Linkage(const std::string& file) : study(doors::config(file)), terms(study.mechanism) {
-    start = solve_configuration(study.mechanism, study.trajectories.front().from).coordinates;
+    start = kinematics::solve_configuration(study.mechanism, study.trajectories.front().from).coordinates;
     q.resize(terms.degrees_of_freedom());
     for (Eigen::Index k = 0; k < q.size(); ++k)
       q[k] = start[static_cast<std::size_t>(terms.independent()[static_cast<std::size_t>(k)])].value;
     terms.assemble(q, start);
   }
-  natural::NaturalTerms at(const VectorX& there) {
-    return natural::compute_natural_terms(study.mechanism, terms.assemble(there, start).value);
+  verification::natural::NaturalTerms at(const VectorX& there) {
+    return verification::natural::compute_natural_terms(study.mechanism, terms.assemble(there, start).value);
   }
 
   Study study;
-  EquationTerms terms;
+  dynamics::EquationTerms terms;
   std::vector<CoordinateValue> start;
   VectorX q;
 };
@@ -40,7 +40,7 @@ TEST_CASE("the coefficients C_P are the column sums of the mass matrix and add u
   for (const char* file : machines) {
     CAPTURE(file);
     Linkage linkage(file);
-    const natural::NaturalTerms n = linkage.at(linkage.q);
+    const verification::natural::NaturalTerms n = linkage.at(linkage.q);
     CHECK((n.mass - n.mass.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * n.mass.cwiseAbs().maxCoeff());
     std::complex<double> sum = 0;
     for (std::size_t p = 0; p < n.points.size(); ++p) {
@@ -58,10 +58,10 @@ TEST_CASE("the constraints are met, and a motion's differences lie in the null s
   for (const char* file : machines) {
     CAPTURE(file);
     Linkage linkage(file);
-    const natural::NaturalTerms n = linkage.at(linkage.q);
+    const verification::natural::NaturalTerms n = linkage.at(linkage.q);
     CHECK(n.residual.cwiseAbs().maxCoeff() <= 1e-10);
     const VectorX way = VectorX::Constant(linkage.q.size(), 1e-4);
-    const natural::NaturalTerms next = linkage.at(linkage.q + way), last = linkage.at(linkage.q - way);
+    const verification::natural::NaturalTerms next = linkage.at(linkage.q + way), last = linkage.at(linkage.q - way);
     REQUIRE(next.points == n.points);
     VectorX rate = VectorX::Zero(n.jacobian.cols());
     for (Eigen::Index p = 0; p < n.moving; ++p)
@@ -77,8 +77,8 @@ TEST_CASE("the points' mass matrix has the mechanism's kinetic energy") {
     CAPTURE(file);
     Linkage linkage(file);
 
-    const natural::NaturalTerms next = linkage.at(linkage.q + VectorX::Constant(linkage.q.size(), 1e-4)),
-                                last = linkage.at(linkage.q - VectorX::Constant(linkage.q.size(), 1e-4));
+    const verification::natural::NaturalTerms next = linkage.at(linkage.q + VectorX::Constant(linkage.q.size(), 1e-4)),
+                                              last = linkage.at(linkage.q - VectorX::Constant(linkage.q.size(), 1e-4));
     VectorX rate(next.mass.rows());
     for (Eigen::Index p = 0; p < next.position.rows(); ++p)
       rate.segment(2 * p, 2) = (next.position.row(p) - last.position.row(p)).transpose() / 2e-4;

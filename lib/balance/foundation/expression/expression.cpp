@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::expression {
 
 Expression Expression::make_node(Operation operation, double value, std::initializer_list<const Expression*> arguments,
                                  int function) {
@@ -186,9 +186,9 @@ Expression ScalarAlgebra<Expression>::apply(const ExpressionNode& node, const Ex
     case Operation::logical_and: return logical_and(a, b);
     case Operation::logical_or: return logical_or(a, b);
     case Operation::select: return select(a, b, c);
-    case Operation::function: return balance::apply(node.function, a);
+    case Operation::function: return expression::apply(node.function, a);
   }
   return {};
 }
 
-}  // namespace balance
+}  // namespace balance::expression

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::expression {
 
 /// Operation of a node in an expression graph. Nodes come after their arguments; a graph only grows.
 enum class Operation : std::uint8_t {
@@ -127,6 +127,12 @@ Expression sin(const Expression& x);
 Expression cos(const Expression& x);
 Expression sqrt(const Expression& x);
 Expression abs(const Expression& x);
+
+}  // namespace balance::expression
+
+namespace balance {
+
+using expression::Expression;
 
 }  // namespace balance
 

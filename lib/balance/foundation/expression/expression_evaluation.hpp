@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-namespace balance {
+namespace balance::expression {
 
 /// Ordinary arithmetic. T provides the arithmetic operators, `value_of` and `apply_chain_rule`
 /// (foundation/base/dual.hpp). Branches depend on values only.
@@ -107,4 +107,4 @@ std::vector<typename Algebra::Value> evaluate(const ExpressionGraph& graph,
   return values;
 }
 
-}  // namespace balance
+}  // namespace balance::expression

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace balance {
+namespace balance::expression {
 
 // Tokens of an expression.
 
@@ -321,4 +321,4 @@ const std::vector<std::string>& function_names() {
   return names;
 }
 
-}  // namespace balance
+}  // namespace balance::expression

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::expression {
 
 /// The text is not a valid expression. The message says what is wrong and, where applicable, in which column.
 struct ExpressionError : std::runtime_error {
@@ -38,4 +38,4 @@ inline constexpr std::size_t max_expression_length = 1000;
 /// Names of all functions: sqrt, sin, …
 const std::vector<std::string>& function_names();
 
-}  // namespace balance
+}  // namespace balance::expression

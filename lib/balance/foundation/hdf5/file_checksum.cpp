@@ -13,7 +13,7 @@
 #include <optional>
 #include <vector>
 
-namespace balance {
+namespace balance::hdf5 {
 
 namespace {
 
@@ -95,4 +95,4 @@ ChecksumStatus verify_checksum(const std::string& path) {
   return status;
 }
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::hdf5 {
 
 enum class ChecksumStatus {
   none,      ///< no checksum: a foreign file or a truncated one
@@ -20,4 +20,4 @@ int append_checksum(int descriptor);
 /// @return ChecksumStatus::none also if the file cannot be read
 ChecksumStatus verify_checksum(const std::string& path);
 
-}  // namespace balance
+}  // namespace balance::hdf5

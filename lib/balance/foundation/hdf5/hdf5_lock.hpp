@@ -4,7 +4,7 @@
 #include <mutex>
 #include <new>
 
-namespace balance {
+namespace balance::hdf5 {
 
 /// HDF5 as distributions build it keeps unprotected process-wide state, so that only one thread may be inside it. A
 /// thread that calls it must hold this lock, and may take it again. The lock is global because the library's state is.
@@ -24,4 +24,4 @@ class Hdf5Lock {
   std::unique_lock<std::recursive_mutex> lock_;
 };
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::hdf5 {
 
 // Direct access to HDF5, to be run where it may crash. The only part of the reader that uses the library.
 
@@ -442,4 +442,4 @@ void run_read_server(const std::string& file, int socket) {
   answer_questions(file, MessageChannel(socket), forbid_opening_files);
 }
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace balance {
+namespace balance::hdf5 {
 
 enum class Hdf5Request : std::uint64_t {
   has,                ///< reply: 0 or 1
@@ -29,4 +29,4 @@ void serve_requests(const std::string& file, const MessageChannel& channel);
 /// The same in a process of its own, which opens no other file: it neither follows links into others nor loads filters.
 void run_read_server(const std::string& file, int socket);
 
-}  // namespace balance
+}  // namespace balance::hdf5

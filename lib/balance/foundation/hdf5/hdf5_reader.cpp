@@ -16,7 +16,7 @@
 #include <fstream>
 #include <system_error>
 
-namespace balance {
+namespace balance::hdf5 {
 
 namespace {
 
@@ -209,4 +209,4 @@ std::optional<std::vector<double>> Hdf5Reader::numbers_attribute(const std::stri
   }
 }
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::hdf5 {
 
 /// A file or a part of it is not what was requested; the message does not name the file.
 struct Hdf5Error : std::runtime_error {
@@ -71,4 +71,4 @@ class Hdf5Reader {
   std::optional<SandboxProcess> child_;
 };
 
-}  // namespace balance
+}  // namespace balance::hdf5

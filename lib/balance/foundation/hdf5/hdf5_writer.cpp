@@ -162,10 +162,6 @@ Hdf5Handle make_file_access_list(const Hdf5Handle& driver, int descriptor, int& 
   return access;
 }
 
-}  // namespace balance::hdf5
-
-namespace balance {
-
 using hdf5::check_status;
 using hdf5::Hdf5Handle;
 
@@ -225,11 +221,11 @@ struct Hdf5Writer::Implementation {
     Hdf5Handle dataset;
     hobj_ref_t reference = 0;
     hsize_t size = 0;
-    std::vector<hdf5::ScaleReference> uses;
+    std::vector<ScaleReference> uses;
   };
 
   Hdf5Lock lock;
-  hdf5::ErrorSilencer silence;  // declared first, destroyed last: closing may fail too
+  ErrorSilencer silence;  // declared first, destroyed last: closing may fail too
   std::string shown_name;
   Storage storage = Storage::contiguous;
   int descriptor = -1;
@@ -271,7 +267,7 @@ struct Hdf5Writer::Implementation {
                                                             : compress ? Layout::compressed
                                                                        : Layout::contiguous);
     Hdf5Handle dataset(H5Dcreate2(groups.at(group.index).get(), variable.name.c_str(), type,
-                                  hdf5::make_dataspace(sizes).get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                                  make_dataspace(sizes).get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
                        H5Dclose);
     const hsize_t count = std::accumulate(sizes.begin(), sizes.end(), hsize_t{1}, std::multiplies<>());
     const Hdf5Handle transfer = transfer_properties(is_text, count);
@@ -279,15 +275,14 @@ struct Hdf5Writer::Implementation {
     hdf5::write_text(dataset.get(), "long_name", variable.long_name);
     hdf5::write_text(dataset.get(), "units", variable.units);
     for (const NumericAttribute& numbers_attribute : variable.attributes) {
-      hdf5::write_attribute(dataset.get(), numbers_attribute.name.c_str(), H5T_NATIVE_DOUBLE,
-                            hdf5::make_dataspace({numbers_attribute.values.size()}).get(),
-                            numbers_attribute.values.data());
+      write_attribute(dataset.get(), numbers_attribute.name.c_str(), H5T_NATIVE_DOUBLE,
+                      make_dataspace({numbers_attribute.values.size()}).get(), numbers_attribute.values.data());
     }
     return dataset;
   }
 
   Dimension add_scale(Hdf5Handle dataset, const std::string& name, hsize_t size) {
-    hdf5::make_dimension_scale(dataset.get(), name);
+    make_dimension_scale(dataset.get(), name);
     Scale scale;
     check_status(H5Rcreate(&scale.reference, dataset.get(), ".", H5R_OBJECT, -1));
     scale.dataset = std::move(dataset);
@@ -306,7 +301,7 @@ struct Hdf5Writer::Implementation {
       references.push_back(scale.reference);
       scale.uses.push_back({dataset_reference, static_cast<int>(i)});
     }
-    hdf5::write_dimension_list(dataset.get(), references);
+    write_dimension_list(dataset.get(), references);
   }
 
   void add(Group group, const Variable& variable, std::size_t count, hid_t type, hid_t memory_type, const void* data) {
@@ -352,8 +347,8 @@ Hdf5Writer::Hdf5Writer(int descriptor, const std::string& shown_name, Storage st
   self.descriptor = descriptor;
   self.storage = storage;
   self.with_error_context([&] {
-    self.driver = hdf5::register_file_driver();
-    const Hdf5Handle access = hdf5::make_file_access_list(self.driver, descriptor, self.system_error);
+    self.driver = register_file_driver();
+    const Hdf5Handle access = make_file_access_list(self.driver, descriptor, self.system_error);
     // The oldest format that can hold everything, and none that HDF5 1.8 and its users cannot read.
     check_status(H5Pset_libver_bounds(access.get(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
     const Hdf5Handle creation = group_properties(H5P_FILE_CREATE);
@@ -383,8 +378,8 @@ void Hdf5Writer::set_attribute(Group group, const std::string& name, const std::
 void Hdf5Writer::set_attribute(Group group, const std::string& name, const std::vector<std::string>& texts) {
   Implementation& self = *implementation_;
   self.with_error_context([&] {
-    hdf5::write_attribute(self.groups.at(group.index).get(), name.c_str(), hdf5::make_utf8_type().get(),
-                          hdf5::make_dataspace({texts.size()}).get(), pointers(texts).data());
+    write_attribute(self.groups.at(group.index).get(), name.c_str(), make_utf8_type().get(),
+                    make_dataspace({texts.size()}).get(), pointers(texts).data());
   });
 }
 
@@ -395,7 +390,7 @@ Hdf5Writer::Dimension Hdf5Writer::add_dimension(Group group, const Variable& var
 
 Hdf5Writer::Dimension Hdf5Writer::add_dimension(Group group, const Variable& variable,
                                                 const std::vector<std::string>& labels) {
-  const Hdf5Handle type = hdf5::make_utf8_type();
+  const Hdf5Handle type = make_utf8_type();
   return implementation_->add_dimension(group, variable, labels.size(), type.get(), type.get(),
                                         pointers(labels).data());
 }
@@ -409,7 +404,7 @@ void Hdf5Writer::add_variable(Group group, const Variable& variable, std::span<c
 }
 
 void Hdf5Writer::add_variable(Group group, const Variable& variable, const std::vector<std::string>& values) {
-  const Hdf5Handle type = hdf5::make_utf8_type();
+  const Hdf5Handle type = make_utf8_type();
   implementation_->add(group, variable, values.size(), type.get(), type.get(), pointers(values).data());
 }
 
@@ -417,7 +412,7 @@ void Hdf5Writer::close() {
   Implementation& self = *implementation_;
   self.with_error_context([&] {
     for (Implementation::Scale& scale : self.scales) {
-      hdf5::write_reference_list(scale.dataset.get(), scale.uses);
+      write_reference_list(scale.dataset.get(), scale.uses);
       scale.dataset.close();
     }
     for (Hdf5Handle& group : self.groups) group.close();
@@ -427,4 +422,4 @@ void Hdf5Writer::close() {
   });
 }
 
-}  // namespace balance
+}  // namespace balance::hdf5

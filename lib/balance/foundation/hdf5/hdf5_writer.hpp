@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::hdf5 {
 
 class Hdf5Writer {
  public:
@@ -68,4 +68,4 @@ class Hdf5Writer {
 
 inline constexpr Hdf5Writer::Group root_group{};
 
-}  // namespace balance
+}  // namespace balance::hdf5

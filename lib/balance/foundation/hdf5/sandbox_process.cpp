@@ -15,7 +15,7 @@
 #include <initializer_list>
 #include <system_error>
 
-namespace balance {
+namespace balance::hdf5 {
 
 namespace {
 
@@ -164,4 +164,4 @@ void MessageChannel::receive_bytes(void* to, std::size_t count) const {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace balance {
+namespace balance::hdf5 {
 
 // Runs dangerous work in a copy of this process.
 
@@ -84,4 +84,4 @@ class MessageChannel {
   int socket_;
 };
 
-}  // namespace balance
+}  // namespace balance::hdf5

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::numerics {
 
 namespace {
 
@@ -286,4 +286,4 @@ void BlockTriangular::solve_pair(double* x, double* z) {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -3,6 +3,8 @@
 /// to block lower triangular form. Only the diagonal blocks are factorised, and no zeros are stored outside them. The
 /// legs of a parallel robot decouple, and a chain of loops costs the sum of its loops in time and memory.
 
+#include "balance/foundation/base/dual.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -10,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 // Block lower triangular form of a square sparse matrix: maximum matching, then strongly connected components (Duff &
 // Reid, ACM TOMS 4, 1978).
@@ -34,9 +36,9 @@ struct BlockTriangularForm {
 /// @param pattern of a square matrix
 BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern);
 
-}  // namespace balance
+}  // namespace balance::numerics
 
-namespace balance::small_blocks {
+namespace balance::numerics::small_blocks {
 
 // Factorisation and solution of the small dense blocks that the sparse systems of mechanisms decompose into. Row-major
 // storage.
@@ -69,9 +71,18 @@ double factorise_block(double* a, int* pivots, int size) {
   return min_pivot;
 }
 
-// x −= a y and x *= a, for numbers and pairs of numbers; for duals: foundation/numerics/square_system.hpp.
+// x −= a y and x *= a, for numbers, duals and pairs of numbers.
 inline void subtract(double& x, double a, double y) { x -= a * y; }
 inline void scale(double& x, double a) { x *= a; }
+template <int N>
+void subtract(Dual<N>& x, double a, const Dual<N>& y) {
+  x.value -= a * y.value;
+  x.d -= a * y.d;
+}
+template <int N>
+void scale(Dual<N>& x, double a) {
+  x *= a;
+}
 template <class Pair>
 void subtract(Pair& x, double a, const Pair& y) {
   x.x -= a * y.x;
@@ -207,9 +218,9 @@ auto dispatch_by_size(int n, const Work& work) {
   }
 }
 
-}  // namespace balance::small_blocks
+}  // namespace balance::numerics::small_blocks
 
-namespace balance {
+namespace balance::numerics {
 
 class BlockTriangular {
  public:
@@ -360,4 +371,4 @@ void BlockTriangular::solve_transposed(X* x, X* work) const {
   for (int row = 0; row < n; ++row) x[row] = work[row_position_[row]];
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace balance::design {
+namespace balance::numerics {
 
 namespace {
 
@@ -118,4 +118,4 @@ void bounded_least_squares(const MatrixX& a, const VectorX& b, const VectorX& lo
   ActiveSetMethod(a, b, lower, upper, x).run();
 }
 
-}  // namespace balance::design
+}  // namespace balance::numerics

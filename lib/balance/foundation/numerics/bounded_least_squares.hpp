@@ -3,7 +3,7 @@
 
 #include "balance/foundation/base/types.hpp"
 
-namespace balance::design {
+namespace balance::numerics {
 
 /// Minimises |a x − b| subject to lower ≤ x ≤ upper by an active-set method that terminates in finitely many steps.
 /// Source: Stark & Parker, Bounded-variable least squares, Computational Statistics 10 (1995).
@@ -11,4 +11,4 @@ namespace balance::design {
 /// @param x a feasible starting point; on return the solution, exactly on its active bounds
 void bounded_least_squares(const MatrixX& a, const VectorX& b, const VectorX& lower, const VectorX& upper, VectorX& x);
 
-}  // namespace balance::design
+}  // namespace balance::numerics

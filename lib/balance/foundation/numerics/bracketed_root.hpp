@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-namespace balance {
+namespace balance::numerics {
 
 /// @param f evaluated between a and b only
 /// @param fa, fb its values there, of different signs or zero
@@ -51,4 +51,4 @@ double find_bracketed_root(Function&& f, double a, double b, double fa, double f
   return b;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

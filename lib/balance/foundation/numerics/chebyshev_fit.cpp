@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::numerics {
 namespace {
 
 constexpr int series_terms = PiecewiseChebyshevSeries::coefficient_count;
@@ -73,4 +73,4 @@ FitStatus fit_chebyshev_series(const std::vector<double>& breakpoints, const Vec
   return FitStatus::done;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

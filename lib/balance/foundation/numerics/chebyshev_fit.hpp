@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Samples all functions at increasing parameters: one row per parameter, one column per function. @return false if that fails
 using FunctionSampler = std::function<bool(const std::vector<double>& parameters, Samples& rows)>;
@@ -22,4 +22,4 @@ enum class FitStatus { done, not_sampled, not_resolved };
 FitStatus fit_chebyshev_series(const std::vector<double>& breakpoints, const VectorX& floor,
                                const FunctionSampler& sample, PiecewiseChebyshevSeries& series);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::numerics {
 
 std::size_t PiecewiseChebyshevSeries::find_panel(double parameter, std::size_t first, std::size_t last) const {
   const auto begin = panels_.begin() + static_cast<std::ptrdiff_t>(first);
@@ -79,4 +79,4 @@ const PiecewiseChebyshevSeries::Transform& PiecewiseChebyshevSeries::values_to_c
   return matrix;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 /// An interval of the parameter and the series of every function on it.
 struct Panel {
@@ -51,4 +51,4 @@ class PiecewiseChebyshevSeries {
   std::vector<Panel> panels_;
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace balance::design {
+namespace balance::numerics {
 
 namespace {
 
@@ -307,4 +307,4 @@ MatrixX NesterovToddScaling::scale_rows_inverse(MatrixX matrix) const {
   return matrix;
 }
 
-}  // namespace balance::design
+}  // namespace balance::numerics

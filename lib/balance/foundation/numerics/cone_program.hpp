@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance::design {
+namespace balance::numerics {
 
 /// The product of a nonnegative orthant and second-order cones, with its Jordan algebra. A vector holds `linear`
 /// numbers, then the blocks (t, v); inside the cone t ≥ |v|.
@@ -110,4 +110,4 @@ struct ConeSolution {
 /// Source: Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010).
 ConeSolution solve_cone_program(const ConeProgram& program, double tolerance = 1e-11);
 
-}  // namespace balance::design
+}  // namespace balance::numerics

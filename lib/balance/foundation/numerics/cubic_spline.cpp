@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::numerics {
 namespace {
 
 using Index = Eigen::Index;
@@ -91,4 +91,4 @@ double CubicSpline::interval_length(double parameter) const {
   return *right - *(right - 1);
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 /// End conditions.
 enum class SplineEnd {
@@ -41,4 +41,4 @@ class CubicSpline {
   Samples moments_;  ///< n×k second derivatives at the knots
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

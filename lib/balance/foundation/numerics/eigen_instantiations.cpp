@@ -9,7 +9,7 @@ template class Eigen::PartialPivLU<balance::MatrixX>;
 template class Eigen::SelfAdjointEigenSolver<balance::Matrix3>;
 template class Eigen::SelfAdjointEigenSolver<balance::MatrixX>;
 
-namespace balance {
+namespace balance::numerics {
 
 ColumnPivotingQr& ColumnPivotingQr::compute(const MatrixX& matrix) {
   if (matrix.cols() > 0) {
@@ -54,4 +54,4 @@ SymmetricEigenSolver& SymmetricEigenSolver::compute(const MatrixX& matrix, int v
   return *this;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

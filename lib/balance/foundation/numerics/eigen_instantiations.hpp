@@ -28,7 +28,7 @@ extern template class Eigen::SelfAdjointEigenSolver<balance::MatrixX>;
 extern template class Eigen::BDCSVD<balance::MatrixX>;
 extern template class Eigen::LDLT<balance::MatrixX>;
 
-namespace balance {
+namespace balance::numerics {
 
 /// A = U Σ Vᵀ, singular values in decreasing order; NaN if the matrix is not finite.
 class SingularValueDecomposition : public Eigen::JacobiSVD<MatrixX> {
@@ -72,4 +72,4 @@ class SymmetricEigenSolver : public Eigen::SelfAdjointEigenSolver<MatrixX> {
   SymmetricEigenSolver& compute(const MatrixX& matrix, int vectors = Eigen::ComputeEigenvectors);
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -4,7 +4,7 @@
 
 template class Eigen::JacobiSVD<balance::MatrixX>;
 
-namespace balance {
+namespace balance::numerics {
 
 SingularValueDecomposition& SingularValueDecomposition::compute(const MatrixX& matrix, unsigned vectors) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -28,4 +28,4 @@ SingularValueDecomposition& SingularValueDecomposition::compute(const MatrixX& m
 
 VectorX singular_values(const MatrixX& matrix) { return SingularValueDecomposition(matrix).singularValues(); }
 
-}  // namespace balance
+}  // namespace balance::numerics

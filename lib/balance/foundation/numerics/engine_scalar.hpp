@@ -9,7 +9,7 @@
 #include "balance/foundation/numerics/lane_block_triangular.hpp"
 #endif
 
-namespace balance {
+namespace balance::numerics {
 
 /// Number of derivatives per pass; more are computed in several passes.
 inline constexpr int dual_width = 8;
@@ -21,5 +21,11 @@ using EngineScalar = Pack<native_lanes>;
 #else
 using EngineScalar = double;
 #endif
+
+}  // namespace balance::numerics
+
+namespace balance {
+
+using numerics::EngineScalar;
 
 }  // namespace balance

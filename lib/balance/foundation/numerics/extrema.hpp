@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Largest absolute value, 0 if there are no entries.
 template <class Derived>
@@ -57,4 +57,4 @@ Eigen::Index min_index(const Eigen::DenseBase<Derived>& vector) {
   return index;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -4,7 +4,7 @@
 #include "balance/foundation/base/types.hpp"
 #include "balance/foundation/numerics/linear_program.hpp"
 
-namespace balance {
+namespace balance::numerics {
 
 struct InequalityProgramSolution {
   LinearProgramStatus status = LinearProgramStatus::failed;
@@ -17,4 +17,4 @@ struct InequalityProgramSolution {
 /// @return unbounded also if the dual is infeasible for another reason (no x meets the rows)
 InequalityProgramSolution solve_inequality_program(const VectorX& gain, const MatrixX& rows, const VectorX& limits);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -15,7 +15,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace balance::lane_blocks {
+namespace balance::numerics::lane_blocks {
 
 // Factorisation and solution of small dense blocks, one per lane, with a pivot order shared by all lanes that it suits.
 // Row-major storage.
@@ -198,9 +198,9 @@ void multiply_transposed(const T* inverse, T* x) {
   }
 }
 
-}  // namespace balance::lane_blocks
+}  // namespace balance::numerics::lane_blocks
 
-namespace balance {
+namespace balance::numerics {
 
 /// @tparam T Pack<W>
 template <class T>
@@ -474,4 +474,4 @@ class OverdeterminedSystem<Pack<W>> {
   [[noreturn]] static T* throw_unsupported() { throw std::logic_error("redundant constraints have no lanes"); }
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

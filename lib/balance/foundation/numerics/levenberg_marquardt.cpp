@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace balance::design {
+namespace balance::numerics {
 
 namespace {
 
@@ -93,4 +93,4 @@ LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, V
   return result;
 }
 
-}  // namespace balance::design
+}  // namespace balance::numerics

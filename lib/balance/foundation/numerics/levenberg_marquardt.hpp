@@ -5,7 +5,7 @@
 
 #include <functional>
 
-namespace balance::design {
+namespace balance::numerics {
 
 /// Equations to be solved for −1 ≤ u ≤ 1.
 struct NonlinearSystem {
@@ -33,4 +33,4 @@ struct LeastSquaresResult {
 LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, VectorX start, int iterations = 100,
                                              const std::function<bool()>& stop = {});
 
-}  // namespace balance::design
+}  // namespace balance::numerics

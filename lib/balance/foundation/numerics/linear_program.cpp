@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 LinearProgram::LinearProgram(Eigen::Index n)
     : cost(VectorX::Zero(n)), lower(VectorX::Constant(n, -no_bound)), upper(VectorX::Constant(n, no_bound)) {}
@@ -121,4 +121,4 @@ InequalityProgramSolution solve_inequality_program(const VectorX& gain, const Ma
   return solution;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace balance {
+namespace balance::numerics {
 
 inline constexpr double no_bound = std::numeric_limits<double>::infinity();
 
@@ -41,4 +41,4 @@ struct LinearProgramSolution {
 /// Deterministic: the same program gives the same solution.
 LinearProgramSolution solve_linear_program(const LinearProgram& program);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace balance {
+namespace balance::numerics {
 
 namespace {
 
@@ -180,4 +180,4 @@ std::optional<double> min_singular_value_by_lanczos(int n, const std::function<v
   return {};
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

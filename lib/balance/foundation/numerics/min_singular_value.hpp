@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Householder tridiagonalisation of AᵀA, then Laguerre's iteration for its smallest eigenvalue. The iteration
 /// converges from below without overshooting, cubically to a simple eigenvalue (B. N. Parlett, The Symmetric Eigenvalue
@@ -54,4 +54,4 @@ std::optional<double> min_singular_value_by_lanczos(BlockTriangular& matrix);
 /// @param steps minimum number, unless the Krylov space is exhausted earlier
 std::optional<double> min_singular_value_by_lanczos(int n, const std::function<void(VectorX&)>& inverse, int steps);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-namespace balance {
+namespace balance::numerics {
 namespace {
 
 constexpr double predicted_decrease_tolerance = 2e-9;  // of the value; a step must promise more
@@ -174,4 +174,4 @@ MinimaxResult solve_minimax(const MinimaxProblem& problem, const VectorX& start)
   return MinimaxSolver(problem, start).run();
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

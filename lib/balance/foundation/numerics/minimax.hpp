@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Functions of x, and a convex set around zero: {x : gauge(x) ≤ 1}.
 struct MinimaxProblem {
@@ -32,4 +32,4 @@ struct MinimaxResult {
 /// @param start within the set
 MinimaxResult solve_minimax(const MinimaxProblem& problem, const VectorX& start);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -9,7 +9,7 @@
 #include <array>
 #include <cmath>
 
-namespace balance {
+namespace balance::numerics {
 
 /// @param rates rates(time, y, dy): false if undefined
 /// @param dy rates at the start of the step
@@ -53,4 +53,4 @@ bool step_by_extrapolation(const Rates& rates, double time, double step, const V
   return false;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -8,7 +8,7 @@
 #include <complex>
 #include <utility>
 
-namespace balance {
+namespace balance::numerics {
 
 double pivot_ratio(const ColumnPivotingQr& factors) {
   const Eigen::Index n = factors.cols();
@@ -71,4 +71,4 @@ bool RankMonitor::loses_rank_since_stored() const {
   });
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -6,7 +6,7 @@
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 
-namespace balance {
+namespace balance::numerics {
 
 // Regularity of a matrix with at least as many rows as columns, and whether it can lose rank along a path: the
 // counterpart of BlockTriangular for square matrices.
@@ -36,7 +36,7 @@ class RankMonitor {
   /// Stores the matrix last factorised.
   void store() { stored_ = current_; }
   /// The function above for the matrices last stored and last factorised.
-  bool is_near_stored(double limit) const { return balance::is_near_stored(factors_, current_, stored_, limit); }
+  bool is_near_stored(double limit) const { return numerics::is_near_stored(factors_, current_, stored_, limit); }
   /// Whether some matrix on the line segment from the stored one to the one last factorised, which has full column
   /// rank, is rank-deficient.
   bool loses_rank_since_stored() const;
@@ -62,7 +62,7 @@ class OverdeterminedSystem {
     return pseudo_inverse_regularity(factors_);
   }
   void keep() { stored_ = values(); }
-  bool near_kept(double limit) const { return balance::is_near_stored(factors_, values_, stored_, limit); }
+  bool near_kept(double limit) const { return numerics::is_near_stored(factors_, values_, stored_, limit); }
 
   /// In place: as many right-hand side entries as rows become as many unknowns as columns.
   void solve(T* x) const {
@@ -103,4 +103,4 @@ class OverdeterminedSystem {
   ColumnPivotingQr factors_;
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace balance {
+namespace balance::numerics {
 
 namespace {
 
@@ -125,4 +125,4 @@ std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& 
   return GoldfarbIdnaniSolver(program).run();
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Minimise ½ xᵀ H x + gᵀ x subject to E x = e and C x ≥ c.
 struct QuadraticProgram {
@@ -28,4 +28,4 @@ struct QuadraticOptimum {
 /// Mathematical Programming 27 (1983); every step factorises the active set anew.
 std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& program);
 
-}  // namespace balance
+}  // namespace balance::numerics

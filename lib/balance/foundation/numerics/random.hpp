@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace balance {
+namespace balance::numerics {
 
 class UniformRandom {
  public:
@@ -38,4 +38,4 @@ class UniformRandom {
   std::mt19937_64 engine_;
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::numerics {
 
 double PivotExtrapolation::extrapolate_zero(double detected_time) const {
   const auto& [first, second, third] = samples_;
@@ -31,4 +31,4 @@ double PivotExtrapolation::extrapolate_zero(double detected_time) const {
                                                                                                : detected_time;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

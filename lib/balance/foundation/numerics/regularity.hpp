@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace balance {
+namespace balance::numerics {
 
 /// Threshold on the smallest pivot, for entries scaled to order one. At a distance ε from a singular configuration,
 /// pivots are of order ε; round-off leaves positions uncertain by 1e-16 / ε, and hence the directions of the equations
@@ -48,4 +48,4 @@ class PivotExtrapolation {
   double min_pivot_ = near_singular_pivot_threshold, min_pivot_time_ = 0;  ///< the smallest pivot so far
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

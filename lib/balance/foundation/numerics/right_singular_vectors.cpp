@@ -6,7 +6,7 @@
 template class Eigen::BDCSVD<balance::MatrixX>;
 template class Eigen::LDLT<balance::MatrixX>;
 
-namespace balance {
+namespace balance::numerics {
 
 namespace {
 
@@ -31,4 +31,4 @@ RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix) {
   return {accurate.singularValues(), accurate.matrixV()};
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

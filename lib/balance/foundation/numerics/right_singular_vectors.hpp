@@ -3,7 +3,7 @@
 
 #include "balance/foundation/base/types.hpp"
 
-namespace balance {
+namespace balance::numerics {
 
 struct RightSingularVectors {
   VectorX values;   ///< decreasing, min(rows, columns) of them
@@ -14,4 +14,4 @@ struct RightSingularVectors {
 /// method, which is slower.
 RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix);
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace balance {
+namespace balance::numerics {
 
 class LocalMinimumTracker {
  public:
@@ -57,4 +57,4 @@ class LocalMinimumTracker {
   int sample_count_ = 0;
 };
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::numerics {
 
 namespace {
 
@@ -57,4 +57,4 @@ std::optional<double> min_singular_value(const SparseMatrix& A) {
   return sigma_min && *sigma_min > min_relative_singular_value * A.norm() ? sigma_min : std::nullopt;
 }
 
-}  // namespace balance
+}  // namespace balance::numerics

@@ -8,7 +8,7 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::numerics {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
@@ -24,4 +24,4 @@ VectorX solve_damped_least_squares(const SparseMatrix& A, const VectorX& b, doub
 /// @return std::nullopt if it has not converged or is too small (below 1e-6 ‖A‖) to resolve from its square
 std::optional<double> min_singular_value(const SparseMatrix& A);
 
-}  // namespace balance
+}  // namespace balance::numerics

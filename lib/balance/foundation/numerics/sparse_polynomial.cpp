@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::design {
+namespace balance::numerics {
 
 namespace {
 
@@ -140,4 +140,4 @@ SparsePolynomial PolynomialBuilder::build(int variables, double relative_toleran
   return result;
 }
 
-}  // namespace balance::design
+}  // namespace balance::numerics

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance::design {
+namespace balance::numerics {
 
 /// A monomial: (variable, power ≥ 1) pairs in increasing order of variables; empty for the constant.
 using Monomial = std::vector<std::pair<int, int>>;
@@ -60,4 +60,4 @@ class PolynomialBuilder {
   std::map<Monomial, std::map<int, std::pair<double, double>>> sums_;
 };
 
-}  // namespace balance::design
+}  // namespace balance::numerics

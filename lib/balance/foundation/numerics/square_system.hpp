@@ -7,18 +7,7 @@
 
 #include <vector>
 
-namespace balance {
-
-// Overloads for small_blocks.
-template <int N>
-void subtract(Dual<N>& x, double a, const Dual<N>& y) {
-  x.value -= a * y.value;
-  x.d -= a * y.d;
-}
-template <int N>
-void scale(Dual<N>& x, double a) {
-  x *= a;
-}
+namespace balance::numerics {
 
 /// Same interface as BlockTriangular; regularity and nearness are those of the values.
 template <int N>
@@ -117,4 +106,4 @@ struct SquareSystemOf<Dual<N>> {
 template <class T>
 using SquareSystem = typename SquareSystemOf<T>::Type;
 
-}  // namespace balance
+}  // namespace balance::numerics

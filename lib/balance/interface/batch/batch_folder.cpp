@@ -18,7 +18,7 @@
 #include <map>
 #include <thread>
 
-namespace balance {
+namespace balance::batch {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,8 +103,8 @@ void BatchFolder::remove_unfinished(const std::string& case_name) const {
 void BatchFolder::remove_abandoned(const std::set<std::string>& targets) const {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path_, error)) {
-    const std::string target = parse_temporary_name(entry.path().filename().string(), temporary_tag);
-    if (targets.count(target) > 0) remove_stale_temporary(entry.path().string());
+    const std::string target = files::parse_temporary_name(entry.path().filename().string(), temporary_tag);
+    if (targets.count(target) > 0) files::remove_stale_temporary(entry.path().string());
   }
 }
 
@@ -113,9 +113,9 @@ void BatchFolder::sync() const {
 }
 
 std::string find_overwritten_input(const BatchPlan& plan, const std::string& folder) {
-  std::map<FileIdentity, std::string> inputs;  // a batch has too many files for pairwise comparisons
+  std::map<files::FileIdentity, std::string> inputs;  // a batch has too many files for pairwise comparisons
   const auto add_input = [&](const std::string& file, const std::string& description) {
-    if (const auto identity = identity_of_input(file)) inputs.emplace(*identity, description + " " + file);
+    if (const auto identity = files::identity_of_input(file)) inputs.emplace(*identity, description + " " + file);
   };
   add_input(plan.suite.file, "the suite");
   for (const SpecSource& spec : plan.specs) {
@@ -123,7 +123,7 @@ std::string find_overwritten_input(const BatchPlan& plan, const std::string& fol
     for (const std::string& table : spec.referenced_files) add_input(table, "the table");
   }
   const auto find_conflict = [&](const std::string& name) -> std::string {
-    const auto identity = find_file_identity((fs::path(folder) / name).string());
+    const auto identity = files::find_file_identity((fs::path(folder) / name).string());
     const auto input = identity ? inputs.find(*identity) : inputs.end();
     if (input == inputs.end()) return "";
     return fmt::format("{} would be replaced by {}; name another folder", input->second,
@@ -139,4 +139,4 @@ std::string find_overwritten_input(const BatchPlan& plan, const std::string& fol
   return "";
 }
 
-}  // namespace balance
+}  // namespace balance::batch

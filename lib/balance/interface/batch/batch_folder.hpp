@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 class BatchFolder {
  public:
@@ -47,4 +47,4 @@ class BatchFolder {
 /// none.
 std::string find_overwritten_input(const BatchPlan& plan, const std::string& folder);
 
-}  // namespace balance
+}  // namespace balance::batch

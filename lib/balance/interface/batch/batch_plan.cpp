@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <map>
 
-namespace balance {
+namespace balance::batch {
 namespace {
 
 struct LoadedObjectSearch {
@@ -40,7 +40,7 @@ int find_object_containing(dl_phdr_info* object, std::size_t /*size*/, void* dat
 std::string hash_build() {
   LoadedObjectSearch search{reinterpret_cast<std::uintptr_t>(&hash_build), ""};
   dl_iterate_phdr(find_object_containing, &search);
-  std::string digits = sha256_of_file(search.file);
+  std::string digits = files::sha256_of_file(search.file);
   if (digits.empty()) throw SystemError("cannot read the program itself to identify its build: " + search.file);
   return digits;
 }
@@ -64,11 +64,11 @@ SpecSource read_source(const std::string& path) {
     return source;
   }
   try {
-    source.text = read_text_file(path, "spec");
+    source.text = specification::read_text_file(path, "spec");
   } catch (const SystemError& error) {
     source.failure_reason = error.what();
   }
-  source.referenced_files = list_referenced_files(source.text, path);
+  source.referenced_files = specification::list_referenced_files(source.text, path);
   return source;
 }
 
@@ -84,9 +84,9 @@ std::string spec_part(const SpecSource& source, const std::string& build) {
   append_length_prefixed(key_text, version());
   append_length_prefixed(key_text, build);
   append_length_prefixed(key_text, fs::path(source.path).filename().string());  // part of the result's command line
-  append_length_prefixed(key_text, sha256(source.text));
+  append_length_prefixed(key_text, files::sha256(source.text));
   for (const std::string& table : source.referenced_files)
-    append_length_prefixed(key_text, is_regular(table) ? sha256_of_file(table) : "");
+    append_length_prefixed(key_text, is_regular(table) ? files::sha256_of_file(table) : "");
   return key_text;
 }
 
@@ -138,7 +138,7 @@ std::string make_cache_key(const SuiteCase& suite_case, std::string key_text) {
     append_length_prefixed(key_text, suite_case.design->seed ? std::to_string(*suite_case.design->seed) : "");
   }
   append_settings(suite_case, key_text);
-  return sha256(key_text);
+  return files::sha256(key_text);
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ BatchPlan make_batch_plan(Suite suite) {
   const std::string build = hash_build();
   std::map<std::string, std::size_t> index;
   std::vector<std::string> spec_keys;
-  std::vector<std::vector<FigureReference>> figures = list_asked_figures(suite);
+  std::vector<std::vector<comparison::FigureReference>> figures = list_asked_figures(suite);
   for (const SuiteCase& suite_case : suite.cases) {
     const std::string path = (folder / suite_case.spec).string();
     const auto [entry, is_new] = index.emplace(path, plan.specs.size());
@@ -166,8 +166,8 @@ BatchPlan make_batch_plan(Suite suite) {
 
 bool is_in_shard(const std::string& case_name, const Shard& shard) {
   // The first 15 digits fit into 60 bits.
-  const std::uint64_t number = std::stoull(sha256(case_name).substr(0, 15), nullptr, 16);
+  const std::uint64_t number = std::stoull(files::sha256(case_name).substr(0, 15), nullptr, 16);
   return number % static_cast<std::uint64_t>(shard.count) == static_cast<std::uint64_t>(shard.index - 1);
 }
 
-}  // namespace balance
+}  // namespace balance::batch

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 // Identity of this build of the program.
 
@@ -29,8 +29,8 @@ struct PlannedCase {
   /// parameters, trajectory, controller, samples and design of the case, its kind, state, points and solved
   /// parameters, the program's version and build. Figures are not part of it: a record must answer them.
   std::string key;
-  std::vector<FigureReference> figures;  ///< that the suite asks of the case
-  bool asks_for_verdict = false;         ///< as the function of that name
+  std::vector<comparison::FigureReference> figures;  ///< that the suite asks of the case
+  bool asks_for_verdict = false;                     ///< as the function of that name
 };
 
 struct BatchPlan {
@@ -51,4 +51,4 @@ struct Shard {
 /// Every case is in exactly one shard, which depends only on the case's name and the number of shards.
 bool is_in_shard(const std::string& case_name, const Shard& shard);
 
-}  // namespace balance
+}  // namespace balance::batch

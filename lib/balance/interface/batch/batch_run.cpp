@@ -19,7 +19,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace balance {
+namespace balance::batch {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,7 +146,7 @@ class WorkerPool {
         if (slot.worker) working.push_back(slot.worker.get());
       wait_for_any(working, options_.cancelled ? std::chrono::milliseconds(100) : std::chrono::minutes(1));
       if (options_.cancelled && options_.cancelled())
-        throw Cancelled("the batch was stopped; what is finished is kept");
+        throw files::Cancelled("the batch was stopped; what is finished is kept");
       for (WorkerSlot& slot : slots)
         if (slot.worker && slot.worker->update_state() != WorkerState::busy &&
             !collect_and_assign(slot, busy_count > 1))
@@ -313,4 +313,4 @@ BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
   return outcome;
 }
 
-}  // namespace balance
+}  // namespace balance::batch

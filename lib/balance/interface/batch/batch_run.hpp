@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 /// Resources that a case of a batch may use.
 struct CaseLimits {
@@ -67,4 +67,4 @@ BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options);
 /// Collects what shards have computed. A case that no shard has computed is "missing". @throws SystemError as above
 BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder);
 
-}  // namespace balance
+}  // namespace balance::batch

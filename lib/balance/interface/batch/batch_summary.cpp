@@ -21,13 +21,17 @@
 #include <limits>
 #include <map>
 
-namespace balance {
+namespace balance::batch {
+
+using comparison::MetricTable;
+using files::Align;
+using reports::JunitCase;
 
 // The cases of a summary as a table, for text and Markdown.
 
 /// Status; peak and rms of torque, shaking force and shaking moment; if there is a baseline, the ratios of the peaks to
 /// the baseline's; if there are designs, the mass that they add.
-TextTable case_table(const BatchSummary& summary);
+files::TextTable case_table(const BatchSummary& summary);
 
 /// "3 cases: 2 done, 1 failed; 4 of 5 requirements hold"
 std::string format_summary_line(const BatchSummary& summary);
@@ -103,13 +107,13 @@ class RequirementEvaluator {
     RequirementOutcome outcome{.text = row.what, .run = suite_case.name, .is_published = true};
     PublishedOutcome published{row, std::numeric_limits<double>::quiet_NaN(), false};
     std::vector<std::string> run_names;
-    for (const FigureReference& figure : row.figure.figures)
+    for (const comparison::FigureReference& figure : row.figure.figures)
       if (!figure.run.empty()) run_names.push_back(figure.run);
     run_names.push_back(suite_case.name);
     if (!lacks_result(run_names, outcome)) {
       try {
         const std::vector<MetricTable> tables = collect_tables(run_names);
-        const ExpressionAnswer answer = evaluate_expression(row.figure, tables, tables.size() - 1);
+        const comparison::ExpressionAnswer answer = evaluate_expression(row.figure, tables, tables.size() - 1);
         if (answer.is_plain_sum) check_unit(row, answer.unit);
         published.ours = answer.value / row.unit_value.value;
         // the default tolerance is a decimal number: both ends of it count
@@ -121,7 +125,7 @@ class RequirementEvaluator {
         if (published.holds && row.verdict == PublishedVerdict::improved)
           check_proof(suite_case, row, published, outcome);
         outcome.status = published.holds ? Status::holds : Status::violated;
-      } catch (const RequirementError& error) {
+      } catch (const comparison::RequirementError& error) {
         outcome.status = Status::invalid;
         outcome.message = row.figure_location.text() + ": " + error.what();
       } catch (const SpecError& error) {
@@ -160,7 +164,7 @@ class RequirementEvaluator {
         continue;
       }
       const std::vector<MetricTable> tables = collect_tables(run_names);
-      const RequirementVerdict verdict = judge_requirement(proof->requirement, tables, tables.size() - 1);
+      const comparison::RequirementVerdict verdict = judge_requirement(proof->requirement, tables, tables.size() - 1);
       if (verdict.holds) continue;
       published.holds = false;
       outcome.message = fmt::format("the proof does not hold: {}: {}", verdict.requirement, describe_verdict(verdict));
@@ -171,15 +175,15 @@ class RequirementEvaluator {
                              const std::vector<std::string>& run_names, RequirementOutcome& outcome) const {
     try {
       check_figures(suite_requirement.requirement, tables_);
-    } catch (const RequirementError& error) {
+    } catch (const comparison::RequirementError& error) {
       outcome.status = Status::invalid;
       outcome.message = suite_requirement.location.text() + ": " + error.what();
       return;
     }
     // A requirement refers to only two or three of thousands of cases.
     const std::vector<MetricTable> tables = collect_tables(run_names);
-    const RequirementVerdict verdict =
-        balance::judge_requirement(suite_requirement.requirement, tables, run.empty() ? 0 : tables.size() - 1);
+    const comparison::RequirementVerdict verdict =
+        comparison::judge_requirement(suite_requirement.requirement, tables, run.empty() ? 0 : tables.size() - 1);
     outcome.status = verdict.holds ? Status::holds : Status::violated;
     outcome.message = describe_verdict(verdict);
   }
@@ -226,7 +230,7 @@ std::vector<std::string> write_summary(const std::string& folder, const BatchSum
   std::vector<std::string> files;
   for (std::size_t i = 0; i < documents.size(); ++i) {
     files.push_back((std::filesystem::path(folder) / summary_file_names[i]).string());
-    AtomicFile file(files.back(), OverwritePolicy::replace, temporary_tag);
+    files::AtomicFile file(files.back(), files::OverwritePolicy::replace, temporary_tag);
     file.write(documents[i](summary));
     file.commit();
   }
@@ -241,8 +245,9 @@ std::string csv_number(double value) { return std::isfinite(value) ? fmt::format
 std::string csv_ratio(double value, double base) { return base > 0 ? csv_number(value / base) : ""; }
 
 void add_csv_lines(const CaseRecord& record, const std::string& spec, const MetricTable* base, std::string& text) {
-  const std::string begin = fmt::format("{},{},{},{}", escape_csv_field(record.name), escape_csv_field(spec),
-                                        escape_csv_field(record.trajectory), record.status);
+  const std::string begin =
+      fmt::format("{},{},{},{}", files::escape_csv_field(record.name), files::escape_csv_field(spec),
+                  files::escape_csv_field(record.trajectory), record.status);
   if (!record.has_result()) {
     text += begin + ",,,,,,,,,,\n";
     return;
@@ -250,7 +255,7 @@ void add_csv_lines(const CaseRecord& record, const std::string& spec, const Metr
   for (const Metric& metric : record.metrics) {
     const Metric* other = base == nullptr ? nullptr : find_metric(*base, metric.quantity);
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin,
-                   escape_csv_field(metric.quantity), metric.unit, csv_number(metric.peak),
+                   files::escape_csv_field(metric.quantity), metric.unit, csv_number(metric.peak),
                    csv_number(metric.peak_time), csv_number(metric.rms), csv_number(metric.mean),
                    csv_number(metric.range), other == nullptr ? "" : csv_ratio(metric.peak, other->peak),
                    other == nullptr ? "" : csv_ratio(metric.rms, other->rms));
@@ -302,7 +307,7 @@ Json case_json(const CaseRecord& record, const std::string& spec, const Publishe
                       {"mass_after", record.design->mass_after},
                       {"added_mass", record.design->added_mass}};
   json["metrics"] = Json::array();
-  for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
+  for (const Metric& metric : record.metrics) json["metrics"].push_back(files::metric_json(metric));
   json["energy"] = record.energy;
   for (const auto& [name, value] : record.solved) json["solved"][name] = value;
   add_source(published, json);
@@ -358,16 +363,16 @@ std::string summary_json(const BatchSummary& summary) {
   json["cases"] = Json::array();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     json["cases"].push_back(case_json(summary.cases[i], summary.specs[i], summary.published[i]));
-  return format_json(json);
+  return files::format_json(json);
 }
 
 std::string summary_junit(const BatchSummary& summary) {
-  JunitSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
+  reports::JunitSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     cases.cases.push_back(test_of(summary.cases[i], summary.specs[i], cases.name));
   for (const RequirementOutcome& outcome : summary.requirements)
     requirements.cases.push_back(test_of(outcome, requirements.name));
-  std::vector<JunitSuite> suites = {std::move(cases)};
+  std::vector<reports::JunitSuite> suites = {std::move(cases)};
   if (!requirements.cases.empty()) suites.push_back(std::move(requirements));
   return junit_xml(summary.name, suites);
 }
@@ -411,17 +416,17 @@ std::string ratio(const Metric& metric, const CaseRecord& base) {
 void add_quantity(const CaseRecord& record, const std::string& quantity, const CaseRecord* base,
                   std::vector<std::string>& row) {
   const Metric* metric = find(record, quantity);
-  row.push_back(metric == nullptr ? "-" : format_number(metric->peak));
-  row.push_back(metric == nullptr ? "-" : format_number(metric->rms));
+  row.push_back(metric == nullptr ? "-" : files::format_number(metric->peak));
+  row.push_back(metric == nullptr ? "-" : files::format_number(metric->rms));
   if (base != nullptr) row.push_back(metric == nullptr ? "-" : ratio(*metric, *base));
 }
 
 }  // namespace
 
-TextTable case_table(const BatchSummary& summary) {
+files::TextTable case_table(const BatchSummary& summary) {
   const SummaryColumns columns = choose_columns(summary);
   const CaseRecord* base = summary.baseline_record();
-  TextTable table{{"case", "status"}, {Align::left, Align::left}, {}, 2};
+  files::TextTable table{{"case", "status"}, {Align::left, Align::left}, {}, 2};
   const auto add_column = [&](const std::string& heading) {
     table.heading.push_back(heading);
     table.align.push_back(Align::right);
@@ -439,7 +444,7 @@ TextTable case_table(const BatchSummary& summary) {
   for (const CaseRecord& record : summary.cases) {
     std::vector<std::string> row = {record.name, record.status};
     for (const auto& [quantity, unit] : columns.quantities) add_quantity(record, quantity, base, row);
-    if (columns.has_designs) row.push_back(record.design ? format_number(record.design->added_mass) : "-");
+    if (columns.has_designs) row.push_back(record.design ? files::format_number(record.design->added_mass) : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -482,7 +487,7 @@ std::string requirement_title(const RequirementOutcome& outcome) {
 // Summaries for people: on a terminal and as Markdown.
 std::string format_batch_text(const BatchSummary& summary) {
   std::string text = summary.name + "\n\n" + format_table(case_table(summary));
-  TextTable requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
+  files::TextTable requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
   for (const RequirementOutcome& outcome : summary.requirements)
     requirements.rows.push_back({outcome.text, outcome.run, outcome.message});
   if (!requirements.rows.empty()) text += "\n" + format_table(requirements);
@@ -515,27 +520,28 @@ std::string list_markdown_failures(const BatchSummary& summary) {
   std::string text;
   for (const CaseRecord& record : summary.cases)
     if (!record.message.empty())
-      text +=
-          fmt::format("- {} ({}): {}\n", escape_markdown(record.name), record.status, escape_markdown(record.message));
+      text += fmt::format("- {} ({}): {}\n", files::escape_markdown(record.name), record.status,
+                          files::escape_markdown(record.message));
   for (const RequirementOutcome& outcome : summary.requirements)
     if (outcome.status == RequirementOutcome::Status::violated || outcome.status == RequirementOutcome::Status::invalid)
-      text += fmt::format("- {} ({}): {}\n", escape_markdown(requirement_title(outcome)),
-                          requirement_status_name(outcome.status), escape_markdown(outcome.message));
+      text += fmt::format("- {} ({}): {}\n", files::escape_markdown(requirement_title(outcome)),
+                          requirement_status_name(outcome.status), files::escape_markdown(outcome.message));
   return text.empty() ? "" : "## What went wrong\n\n" + text + "\n";
 }
 
 std::string published_markdown(const BatchSummary& summary) {
-  TextTable table{{"case", "number", "printed", "exact", "ours", "deviation", "verdict", "holds", "note"},
-                  {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left,
-                   Align::left, Align::left},
-                  {}};
+  files::TextTable table{{"case", "number", "printed", "exact", "ours", "deviation", "verdict", "holds", "note"},
+                         {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left,
+                          Align::left, Align::left},
+                         {}};
   std::string waiting, sources;
   for (std::size_t i = 0; i < summary.cases.size(); ++i) {
     const PublishedCase& published = summary.published[i];
     const std::string& name = summary.cases[i].name;
     if (!published.source.source.empty())
-      sources += fmt::format("- {}: {}{}\n", escape_markdown(name), escape_markdown(published.source.source),
-                             published.source.page.empty() ? "" : ", p. " + escape_markdown(published.source.page));
+      sources +=
+          fmt::format("- {}: {}{}\n", files::escape_markdown(name), files::escape_markdown(published.source.source),
+                      published.source.page.empty() ? "" : ", p. " + files::escape_markdown(published.source.page));
     for (const PublishedOutcome& outcome : published.rows) {
       const PublishedRow& row = outcome.row;
       const bool has_ratio = row.printed != 0 && std::isfinite(outcome.ours);
@@ -546,11 +552,11 @@ std::string published_markdown(const BatchSummary& summary) {
                             name_of(row.verdict), outcome.holds ? "yes" : "no", row.note});
     }
     for (const WaitingRow& row : published.source.waits)
-      waiting += fmt::format(
-          "- {}: {}{}: {}\n", escape_markdown(name), escape_markdown(row.what),
-          row.printed.empty() ? ""
-                              : escape_markdown(", printed " + row.printed + (row.unit.empty() ? "" : " " + row.unit)),
-          escape_markdown(row.reason));
+      waiting += fmt::format("- {}: {}{}: {}\n", files::escape_markdown(name), files::escape_markdown(row.what),
+                             row.printed.empty() ? ""
+                                                 : files::escape_markdown(", printed " + row.printed +
+                                                                          (row.unit.empty() ? "" : " " + row.unit)),
+                             files::escape_markdown(row.reason));
   }
   std::string text;
   if (!table.rows.empty()) text += "\n## Published numbers\n\n" + format_markdown_table(table);
@@ -562,18 +568,20 @@ std::string published_markdown(const BatchSummary& summary) {
 }  // namespace
 
 std::string summary_markdown(const BatchSummary& summary) {
-  std::string text = fmt::format("# {}\n\n{}.\n\n", escape_markdown(summary.name), format_summary_line(summary)) +
-                     list_markdown_failures(summary) + "## Cases\n\n";
+  std::string text =
+      fmt::format("# {}\n\n{}.\n\n", files::escape_markdown(summary.name), format_summary_line(summary)) +
+      list_markdown_failures(summary) + "## Cases\n\n";
   text += format_markdown_table(case_table(summary));
-  if (!summary.baseline.empty()) text += fmt::format("\nThe baseline is {}.\n", escape_markdown(summary.baseline));
+  if (!summary.baseline.empty())
+    text += fmt::format("\nThe baseline is {}.\n", files::escape_markdown(summary.baseline));
   if (!summary.requirements.empty()) {
-    TextTable table{
+    files::TextTable table{
         {"requirement", "case", "status", "verdict"}, {Align::left, Align::left, Align::left, Align::left}, {}};
     for (const RequirementOutcome& outcome : summary.requirements)
       table.rows.push_back({outcome.text, outcome.run, requirement_status_name(outcome.status), outcome.message});
-    text += "\n## Requirements\n\n" + format_markdown_table(table, {0});
+    text += "\n## Requirements\n\n" + files::format_markdown_table(table, {0});
   }
   return text + published_markdown(summary);
 }
 
-}  // namespace balance
+}  // namespace balance::batch

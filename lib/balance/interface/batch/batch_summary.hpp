@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 /// A requirement judged for one case, or once if it names all its runs.
 struct RequirementOutcome {
@@ -71,4 +71,4 @@ inline constexpr std::array<const char*, 4> summary_file_names{"summary.json", "
 /// @throws SystemError
 std::vector<std::string> write_summary(const std::string& folder, const BatchSummary& summary);
 
-}  // namespace balance
+}  // namespace balance::batch

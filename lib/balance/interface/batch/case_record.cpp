@@ -14,7 +14,10 @@
 #include <string_view>
 #include <utility>
 
-namespace balance {
+namespace balance::batch {
+
+using comparison::EvaluatedFigure;
+
 namespace {
 
 std::string path_in(const std::string& folder, const std::string& file) {
@@ -114,9 +117,9 @@ bool CaseRecord::has_samples() const {
                      [&](const RecordedFile& file) { return file.name == result_file_name(name); });
 }
 
-bool CaseRecord::answers(const std::vector<FigureReference>& asked) const {
-  const MetricTable table = metric_table();
-  return std::all_of(asked.begin(), asked.end(), [&](const FigureReference& figure) {
+bool CaseRecord::answers(const std::vector<comparison::FigureReference>& asked) const {
+  const comparison::MetricTable table = metric_table();
+  return std::all_of(asked.begin(), asked.end(), [&](const comparison::FigureReference& figure) {
     return has_figure(table, figure) || find_evaluated_figure(table, figure.text()) != nullptr;
   });
 }
@@ -150,7 +153,7 @@ std::string encode_record(const CaseRecord& record) {
                       {"mass_after", record.design->mass_after},
                       {"added_mass", record.design->added_mass}};
   json["metrics"] = Json::array();
-  for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
+  for (const Metric& metric : record.metrics) json["metrics"].push_back(files::metric_json(metric));
   json["energy"] = record.energy;
   for (const EvaluatedFigure& figure : record.figures) json["figures"].push_back(figure_json(figure));
   for (const auto& [name, value] : record.solved) json["solved"][name] = value;
@@ -159,8 +162,8 @@ std::string encode_record(const CaseRecord& record) {
   json["files"] = Json::array();
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
   // the last key, appended as text: serialising all numbers again takes long
-  std::string text = format_json(json);
-  const std::string digest = sha256(text);
+  std::string text = files::format_json(json);
+  const std::string digest = files::sha256(text);
   constexpr std::string_view end = "\n}\n";
   text.resize(text.size() - end.size());
   return text.append(",\n  \"").append(digest_key).append("\": \"").append(digest).append("\"").append(end);
@@ -180,9 +183,10 @@ std::string result_file_name(const std::string& case_name) { return case_name + 
 std::string balanced_spec_file_name(const std::string& case_name) { return case_name + ".yaml"; }
 
 void store_record(const std::string& folder, const CaseRecord& record, const std::string& text) {
-  AtomicFile file(path_in(folder, record_file_name(record.name)), OverwritePolicy::replace, temporary_tag);
+  files::AtomicFile file(path_in(folder, record_file_name(record.name)), files::OverwritePolicy::replace,
+                         temporary_tag);
   file.write(text);
-  file.commit(Durability::deferred);
+  file.commit(files::Durability::deferred);
 }
 
 std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
@@ -201,9 +205,9 @@ std::optional<CaseRecord> load_valid_record(const std::string& folder, const std
     if (recorded_file.name != result_file_name(case_name) && recorded_file.name != balanced_spec_file_name(case_name))
       return false;
     const std::string name = path_in(folder, recorded_file.name);
-    return is_plain_file(name) && sha256_of_file(name) == recorded_file.sha256;
+    return is_plain_file(name) && files::sha256_of_file(name) == recorded_file.sha256;
   });
   return intact ? record : std::nullopt;
 }
 
-}  // namespace balance
+}  // namespace balance::batch

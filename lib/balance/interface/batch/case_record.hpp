@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 /// A file in the output folder with its SHA-256.
 struct RecordedFile {
@@ -45,7 +45,7 @@ struct CaseRecord {
   std::optional<RecordedDesign> design;
   std::vector<Metric> metrics;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< [J]
-  std::vector<EvaluatedFigure> figures;                      ///< that were asked for and no metric answers
+  std::vector<comparison::EvaluatedFigure> figures;          ///< that were asked for and no metric answers
   std::vector<std::pair<std::string, double>> solved;        ///< parameters that were solved for
   std::vector<std::string> warnings, notes;
   std::vector<RecordedFile> files;
@@ -54,9 +54,9 @@ struct CaseRecord {
   /// Whether there is a file with the samples.
   bool has_samples() const;
   /// The figures for requirements.
-  MetricTable metric_table() const { return {name, metrics, energy, figures}; }
+  comparison::MetricTable metric_table() const { return {name, metrics, energy, figures}; }
   /// Whether it answers every one of these figures, if only by a reason.
-  bool answers(const std::vector<FigureReference>& asked) const;
+  bool answers(const std::vector<comparison::FigureReference>& asked) const;
   /// The program's exit code for this case alone: 0, 1, 3, 4 or 5.
   int exit_code() const;
 };
@@ -90,4 +90,4 @@ void store_record(const std::string& folder, const CaseRecord& record, const std
 std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
                                             const std::string& key);
 
-}  // namespace balance
+}  // namespace balance::batch

@@ -39,7 +39,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 namespace {
 
 /// The mechanism cannot do what the case asks.
@@ -54,16 +54,16 @@ struct CaseSubject {
   std::string objective_unit;
   std::optional<Trajectory> trajectory;
   std::optional<RunResult> run;
-  std::optional<EquationsAtConfiguration> equations;
-  std::optional<ConditionsFigures> conditions;
-  std::vector<FigurePoint> points;
-  std::vector<FigureNumber> numbers;
+  std::optional<formulas::EquationsAtConfiguration> equations;
+  std::optional<comparison::ConditionsFigures> conditions;
+  std::vector<results::FigurePoint> points;
+  std::vector<comparison::FigureNumber> numbers;
 
   CaseSubject() = default;
   CaseSubject(const CaseSubject&) = delete;
   CaseSubject& operator=(const CaseSubject&) = delete;
 
-  FigureSubject view() const {
+  comparison::FigureSubject view() const {
     return {.run = run ? &*run : nullptr,
             .mechanism = study ? &study->mechanism : nullptr,
             .points = points,
@@ -88,7 +88,7 @@ class CaseRun {
         overrides_(suite_case_.overrides),
         record_(record) {
     const std::size_t spec = plan.cases[index].spec;
-    if (!spec_cache.document || spec_cache.index != spec) spec_cache = {spec, SpecDocument(spec_.text)};
+    if (!spec_cache.document || spec_cache.index != spec) spec_cache = {spec, specification::SpecDocument(spec_.text)};
   }
 
   void run() {
@@ -153,17 +153,18 @@ class CaseRun {
   }
 
   /// The case's table of figures: its metrics, and what is asked of it.
-  MetricTable make_table(const CaseSubject& subject, const std::vector<FigureReference>& asked) const {
-    MetricTable table;
+  comparison::MetricTable make_table(const CaseSubject& subject,
+                                     const std::vector<comparison::FigureReference>& asked) const {
+    comparison::MetricTable table;
     table.name = suite_case_.name;
-    if (subject.run && subject.trajectory) table = make_metric_table(suite_case_.name, *subject.run);
-    FigureEvaluator evaluator(subject.view());
+    if (subject.run && subject.trajectory) table = comparison::make_metric_table(suite_case_.name, *subject.run);
+    comparison::FigureEvaluator evaluator(subject.view());
     evaluate_figures(asked, evaluator, table);
     return table;
   }
 
   void add_figures(const CaseSubject& subject) {
-    MetricTable table = make_table(subject, asked_figures_);
+    comparison::MetricTable table = make_table(subject, asked_figures_);
     record_.metrics = std::move(table.metrics);
     record_.energy = table.energy;
     record_.figures = std::move(table.figures);
@@ -192,7 +193,7 @@ class CaseRun {
                       solved.parameter, solved.figure.text, solved.value, unit_text, solved.lower, solved.upper));
     constexpr double relative_tolerance = 1e-12;
     const double root =
-        find_bracketed_root(evaluate_at, solved.lower, solved.upper, at_lower, at_upper, relative_tolerance);
+        numerics::find_bracketed_root(evaluate_at, solved.lower, solved.upper, at_lower, at_upper, relative_tolerance);
     // at a jump or a pole the sign changes, too, but no value is near the one asked for
     constexpr double residual_tolerance = 1e-6;  // relative to the bracket's ends
     const double residual = evaluate_at(root);   // leaves this parameter and those after it solved
@@ -201,7 +202,8 @@ class CaseRun {
                                    solved.parameter, solved.figure.text, solved.value, unit_text, root,
                                    residual + solved.value));
     record_.solved.clear();
-    for (const FigureNumber& number : solved_numbers_) record_.solved.emplace_back(number.path, number.value);
+    for (const comparison::FigureNumber& number : solved_numbers_)
+      record_.solved.emplace_back(number.path, number.value);
   }
 
   /// Gives the i-th solved parameter a value and forgets those after it.
@@ -220,15 +222,15 @@ class CaseRun {
     CaseSubject subject;
     try {
       compute(subject);
-      const MetricTable table = make_table(subject, solved.figure.figures);
-      const ExpressionAnswer answer = evaluate_expression(solved.figure, {table}, 0);
+      const comparison::MetricTable table = make_table(subject, solved.figure.figures);
+      const comparison::ExpressionAnswer answer = comparison::evaluate_expression(solved.figure, {table}, 0);
       if (!answer.missing.empty()) throw CaseFailed(answer.missing.front());
       if (!std::isfinite(answer.value)) throw CaseFailed(solved.figure.text + " has no value");
       unit = answer.unit;
       return answer.value;
     } catch (const CaseFailed& error) {
       throw CaseFailed(fmt::format("solve {0}: at {0} = {1:.6g}: {2}", solved.parameter, x, error.what()));
-    } catch (const RequirementError& error) {
+    } catch (const comparison::RequirementError& error) {
       const std::string key = "solve." + solved.parameter;
       throw SpecError({suite_case_.location_of(key), fmt::format("figure: {}", error.what())});
     }
@@ -248,8 +250,8 @@ class CaseRun {
     throw SpecError({location, message.text(), message.expected, message.found, message.hint});
   }
 
-  std::vector<FigurePoint> resolve_points(const Mechanism& mechanism) const {
-    std::vector<FigurePoint> points;
+  std::vector<results::FigurePoint> resolve_points(const Mechanism& mechanism) const {
+    std::vector<results::FigurePoint> points;
     for (const CasePoint& point : suite_case_.points) {
       const SourceLocation location = suite_case_.location_of("points." + point.name);
       std::vector<std::string> names;
@@ -260,16 +262,16 @@ class CaseRun {
       if (!point.position.empty() && point.position.size() != size)
         fail(location, {.expected = fmt::format("{} coordinates of a point of {}", size, spec_.path),
                         .found = fmt::format("a list of {}", point.position.size())});
-      FigurePoint resolved{point.name, static_cast<int>(body - names.begin()), Vector3::Zero()};
+      results::FigurePoint resolved{point.name, static_cast<int>(body - names.begin()), Vector3::Zero()};
       const Body& carrier = mechanism.bodies[static_cast<std::size_t>(body - names.begin())];
       for (std::size_t k = 0; k < point.position.size(); ++k)
         resolved.position[static_cast<Eigen::Index>(k)] = point.position[k] * mechanism.units.length;
       if (point.body_point == "com") resolved.position = carrier.com;
-      if (const NamedPoint* known = find_by_name(carrier.points, point.body_point)) {
+      if (const model::NamedPoint* known = study::find_by_name(carrier.points, point.body_point)) {
         resolved.position = known->position;
       } else if (!point.body_point.empty() && point.body_point != "origin" && point.body_point != "com") {
         std::vector<std::string> known_points{"origin", "com"};
-        for (const NamedPoint& one : carrier.points) known_points.push_back(one.name);
+        for (const model::NamedPoint& one : carrier.points) known_points.push_back(one.name);
         fail_unknown(location, "a point of " + carrier.name, point.body_point, known_points);
       }
       points.push_back(std::move(resolved));
@@ -290,7 +292,7 @@ class CaseRun {
         mistake.place = suite_case_.location_of(key);
       }
       throw SpecError(std::move(mistakes), error.unlisted_count());
-    } catch (const UnsolvableMechanism& error) {
+    } catch (const kinematics::UnsolvableMechanism& error) {
       throw CaseFailed(error.what());
     } catch (const std::invalid_argument& error) {
       throw SpecError({suite_case_.location_of(key), relocate(error.what())});
@@ -299,10 +301,10 @@ class CaseRun {
 
   std::vector<CoordinateValue> find_configuration(const Study& study) const {
     const std::string& at = suite_case_.state.at;
-    ConfigurationResult result = read_option("at", [&] {
-      if (at == "start") return find_start_configuration(study.mechanism, choose_trajectory(study));
-      if (at == "end") return find_end_configuration(study.mechanism, choose_trajectory(study));
-      return solve_configuration(study.mechanism, read_pose(at, study));
+    kinematics::ConfigurationResult result = read_option("at", [&] {
+      if (at == "start") return simulation::find_start_configuration(study.mechanism, choose_trajectory(study));
+      if (at == "end") return simulation::find_end_configuration(study.mechanism, choose_trajectory(study));
+      return kinematics::solve_configuration(study.mechanism, specification::read_pose(at, study));
     });
     require_done(result.outcome);
     return std::move(result.coordinates);
@@ -312,26 +314,29 @@ class CaseRun {
   void evaluate_state(CaseSubject& subject) {
     const Study& study = *subject.study;
     const CaseState& text = suite_case_.state;
-    SingleState state;
+    dynamics::SingleState state;
     if (!text.rates.empty())
-      state.rates = read_option("rates", [&] { return read_coordinate_rates(text.rates, "--rates", study); });
+      state.rates =
+          read_option("rates", [&] { return specification::read_coordinate_rates(text.rates, "--rates", study); });
     if (!text.accelerations.empty())
-      state.accelerations = read_option(
-          "accelerations", [&] { return read_coordinate_rates(text.accelerations, "--accelerations", study); });
+      state.accelerations = read_option("accelerations", [&] {
+        return specification::read_coordinate_rates(text.accelerations, "--accelerations", study);
+      });
     state.configuration = find_configuration(study);
-    EquationsQuery query;
+    formulas::EquationsQuery query;
     query.configuration = state.configuration;
     query.rates = state.rates;
     query.accelerations = state.accelerations;
-    query.sections = {EquationSection::inertia, EquationSection::velocity, EquationSection::gravity,
-                      EquationSection::torques};
+    query.sections = {formulas::EquationSection::inertia, formulas::EquationSection::velocity,
+                      formulas::EquationSection::gravity, formulas::EquationSection::torques};
     const std::string key = text.rates.empty() ? "at" : "rates";
-    EquationsReport report = read_option(key, [&] { return compute_equations_at(study.mechanism, query, {}); });
+    formulas::EquationsReport report =
+        read_option(key, [&] { return formulas::compute_equations_at(study.mechanism, query, {}); });
     require_done(report.outcome);
     subject.equations = std::move(report.at);
     const Trajectory* trajectory = study.trajectories.empty() ? nullptr : &study.trajectories.front();
-    subject.run =
-        read_option(key, [&] { return evaluate_single_state(study.mechanism, state, make_state_options(trajectory)); });
+    subject.run = read_option(
+        key, [&] { return evaluate_single_state(study.mechanism, state, dynamics::make_state_options(trajectory)); });
     require_done(subject.run->outcome);
     if (is_final_) record_.notes = subject.run->outcome.notes;
   }
@@ -347,19 +352,19 @@ class CaseRun {
         read([this](const ReadOptions& options) { return read_design_space(spec_.text, spec_.path, options); });
     subject.study = space.start;
     set_title(space.start);
-    BalanceRequest request{.goals = suite_case_.goals.empty() ? space.start.design.goals : suite_case_.goals,
-                           .is_modular = suite_case_.design && suite_case_.design->modular};
+    reports::BalanceRequest request{.goals = suite_case_.goals.empty() ? space.start.design.goals : suite_case_.goals,
+                                    .is_modular = suite_case_.design && suite_case_.design->modular};
     if (request.goals.empty())
       throw SpecError({suite_case_.location_of("run"),
                        fmt::format("{} has no design: goal, so 'goal' is needed here", space.start.spec_file)});
-    const ConditionsOutcome outcome =
+    const reports::ConditionsOutcome outcome =
         read_option("goal", [&] { return derive_conditions_data(request, space, false); });
     if (outcome.refusal) throw CaseFailed(fmt::format("{}: {}", outcome.refusal.status, outcome.refusal.reason));
-    const ConditionsReportData& view = outcome.view;
-    ConditionsFigures figures{.rank = view.conditions.rank,
-                              .count = view.parameter_rows(),
-                              .is_impossible = !view.unbalanced_remainder.empty(),
-                              .holds = view.unbalanced_remainder.empty()};
+    const reports::ConditionsReportData& view = outcome.view;
+    comparison::ConditionsFigures figures{.rank = view.conditions.rank,
+                                          .count = view.parameter_rows(),
+                                          .is_impossible = !view.unbalanced_remainder.empty(),
+                                          .holds = view.unbalanced_remainder.empty()};
     for (int row = 0; row < view.parameter_rows(); ++row) figures.holds = figures.holds && view.is_met(row);
     subject.conditions = figures;
     if (is_final_) record_.notes = view.conditions.notes;
@@ -367,13 +372,14 @@ class CaseRun {
 
   std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
 
-  void record_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
+  void record_file(const std::string& file) { record_.files.push_back({file, files::sha256_of_file(path_of(file))}); }
 
-  void write(const RunResult& result, const Provenance& description) {
+  void write(const RunResult& result, const files::Provenance& description) {
     const std::string file = result_file_name(suite_case_.name);
-    write_result_hdf5(
-        path_of(file), result, description,
-        {.existing = OverwritePolicy::replace, .durability = Durability::deferred, .temporary_tag = temporary_tag});
+    write_result_hdf5(path_of(file), result, description,
+                      {.existing = files::OverwritePolicy::replace,
+                       .durability = files::Durability::deferred,
+                       .temporary_tag = temporary_tag});
     record_file(file);
   }
 
@@ -395,25 +401,25 @@ class CaseRun {
     }
   }
 
-  [[noreturn]] void fail_choice(const char* what, const Study& study, const UnknownNameError& error) const {
+  [[noreturn]] void fail_choice(const char* what, const Study& study, const study::UnknownNameError& error) const {
     fail_unknown(suite_case_.location_of(what), fmt::format("a {} of {}", what, study.spec_file), error.name(),
                  error.known());
   }
 
   Trajectory choose_trajectory(const Study& study) const {
     try {
-      Trajectory trajectory = balance::choose_trajectory(study, suite_case_.trajectory);
+      Trajectory trajectory = study::choose_trajectory(study, suite_case_.trajectory);
       if (suite_case_.samples) trajectory.samples = *suite_case_.samples;
       return trajectory;
-    } catch (const UnknownNameError& error) {
+    } catch (const study::UnknownNameError& error) {
       fail_choice("trajectory", study, error);
     }
   }
 
   const Controller& choose_controller(const Study& study) const {
     try {
-      return balance::choose_controller(study, suite_case_.controller);
-    } catch (const UnknownNameError& error) {
+      return study::choose_controller(study, suite_case_.controller);
+    } catch (const study::UnknownNameError& error) {
       fail_choice("controller", study, error);
     }
   }
@@ -433,8 +439,8 @@ class CaseRun {
   }
 
   /// What `balance simulate` would write; for a designed case, from its balanced spec.
-  Provenance describe(const Study& study, const Trajectory& trajectory) const {
-    return make_simulation_provenance(
+  files::Provenance describe(const Study& study, const Trajectory& trajectory) const {
+    return files::make_simulation_provenance(
         study, trajectory,
         {.spec_file = suite_case_.design ? balanced_spec_file_name(suite_case_.name) : spec_.path,
          .trajectory = trajectory.name,
@@ -462,7 +468,7 @@ class CaseRun {
       throw SpecError({location, fmt::format("{} has no design: goal, so 'goal' is needed here", start.spec_file)});
     if (asked.minimize.empty()) return options;
     try {
-      options.minimize = read_objective(asked.minimize, start);
+      options.minimize = specification::read_objective(asked.minimize, start);
     } catch (const SpecError& error) {
       std::vector<Diagnostic> mistakes = error.diagnostics();
       for (Diagnostic& mistake : mistakes) {
@@ -485,9 +491,9 @@ class CaseRun {
       throw SpecError({suite_case_.location_of(suite_case_.design ? "design" : "run"), error.what()});
     }
     const DesignReport& report = *subject.design;
-    const DesignOutcome& outcome = report.outcome;
+    const design::DesignOutcome& outcome = report.outcome;
     const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-    if (!terms.empty()) subject.objective_unit = objective_unit(terms, space.start.mechanism);
+    if (!terms.empty()) subject.objective_unit = simulation::objective_unit(terms, space.start.mechanism);
     const bool is_solved = outcome.status != DesignStatus::unsolved;
     for (std::size_t i = 0; is_solved && i < report.free_numbers.size(); ++i)
       subject.numbers.push_back({report.free_numbers[i].key_path, outcome.x[static_cast<Eigen::Index>(i)]});
@@ -496,25 +502,26 @@ class CaseRun {
                         report.added_mass};
     if (!is_solved) throw CaseFailed(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
     if (is_final_) record_.notes = report.notes;  // the notes of the designed motion come with its own run
-    const auto [text, refusal] = format_designed_spec(space, report);
+    const auto [text, refusal] = reports::format_designed_spec(space, report);
     if (refusal) throw CaseFailed(refusal.reason);
     if (is_final_) {
-      AtomicFile file(path_of(balanced_spec_file_name(suite_case_.name)), OverwritePolicy::replace, temporary_tag);
+      files::AtomicFile file(path_of(balanced_spec_file_name(suite_case_.name)), files::OverwritePolicy::replace,
+                             temporary_tag);
       file.write(text);
-      file.commit(Durability::deferred);
+      file.commit(files::Durability::deferred);
       record_file(balanced_spec_file_name(suite_case_.name));
     }
     subject.study = read_spec(text, spec_.path);
   }
 
   const SuiteCase& suite_case_;
-  const std::vector<FigureReference>& asked_figures_;
+  const std::vector<comparison::FigureReference>& asked_figures_;
   const SpecSource& spec_;
   const std::string& folder_;
   const StoredOutput stored_output_;
   const ParsedSpecCache& spec_cache_;
   std::vector<std::pair<std::string, std::string>> overrides_;  ///< of the case, then the solved parameters
-  std::vector<FigureNumber> solved_numbers_;
+  std::vector<comparison::FigureNumber> solved_numbers_;
   bool is_final_ = false;  ///< all parameters are solved for: the record is filled and files are written
   CaseRecord& record_;
 };
@@ -550,4 +557,4 @@ CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string&
   return record;
 }
 
-}  // namespace balance
+}  // namespace balance::batch

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace balance {
+namespace balance::batch {
 
 /// Output that is kept of a case.
 enum class StoredOutput {
@@ -19,7 +19,7 @@ enum class StoredOutput {
 /// The parsed spec of the last case: the next one often has the same.
 struct ParsedSpecCache {
   std::size_t index = 0;  ///< into BatchPlan::specs
-  std::optional<SpecDocument> document;
+  std::optional<specification::SpecDocument> document;
 };
 
 /// Computes a case and writes its result to the folder, with its balanced spec if it is designed. The record reports
@@ -28,4 +28,4 @@ struct ParsedSpecCache {
 CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, StoredOutput stored_output,
                     ParsedSpecCache& spec_cache);
 
-}  // namespace balance
+}  // namespace balance::batch

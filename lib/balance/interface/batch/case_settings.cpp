@@ -10,7 +10,10 @@
 #include <cmath>
 #include <utility>
 
-namespace balance::specification {
+namespace balance::batch {
+
+using specification::SpecCursor;
+
 namespace {
 
 const std::vector<std::string> kind_names{"motion", "design", "conditions", "equations"};
@@ -19,19 +22,19 @@ const std::vector<std::string> kind_names{"motion", "design", "conditions", "equ
 double read_constant(const SpecCursor& at, const std::string& expectation) {
   const std::string& text = at.read_word(expectation);
   const auto no_name = [](const std::string& name) -> Expression {
-    throw ExpressionError("unknown name " + quote_for_message(name));
+    throw expression::ExpressionError("unknown name " + quote_for_message(name));
   };
   try {
-    const double value = parse_expression(text, no_name).value();
+    const double value = expression::parse_expression(text, no_name).value();
     if (std::isfinite(value)) return value;
-  } catch (const ExpressionError& error) {
+  } catch (const expression::ExpressionError& error) {
     at.fail({.expected = expectation, .found = quote_for_message(text), .hint = error.what()});
   }
   at.fail_expected(expectation);
 }
 
 /// `J1=0.3,J2=0.5`. @param member one entry of a mapping from joint coordinates to values
-std::string format_assignment(const Member& member) {
+std::string format_assignment(const specification::Member& member) {
   const std::string& value = member.value.read_word("a joint coordinate's value, a number or an expression");
   if (value.find(',') != std::string::npos) member.value.fail_expected("one value");
   return member.name + "=" + value;
@@ -39,7 +42,7 @@ std::string format_assignment(const Member& member) {
 
 std::string read_assignments(const SpecCursor& at, const std::string& expectation) {
   std::string text;
-  for (const Member& member : list_named_members(at, expectation))
+  for (const specification::Member& member : list_named_members(at, expectation))
     text += (text.empty() ? "" : ",") + format_assignment(member);
   if (text.empty()) at.fail_expected(expectation);
   return text;
@@ -68,11 +71,11 @@ std::string read_state_rates(const SpecCursor& at) {
 
 void read_case_points(const SpecCursor& at, SuiteCase& suite_case, const RecordLocation& record) {
   const std::string expectation = "points {name: body.point} or {name: {body: [x, y]}}";
-  for (const Member& member : list_named_members(at, expectation, NameForm::simple)) {
+  for (const specification::Member& member : list_named_members(at, expectation, specification::NameForm::simple)) {
     CasePoint point;
     point.name = member.name;
     if (member.value.is_map()) {
-      const std::vector<Member> bodies = list_named_members(member.value, "a point {body: [x, y]}");
+      const std::vector<specification::Member> bodies = list_named_members(member.value, "a point {body: [x, y]}");
       if (bodies.size() != 1) member.value.fail_expected("a point of one body, {body: [x, y]}");
       point.body = bodies.front().name;
       const std::string place = "a point's coordinates [x, y] or [x, y, z]";
@@ -92,7 +95,8 @@ void read_case_points(const SpecCursor& at, SuiteCase& suite_case, const RecordL
 }
 
 void read_solved_parameters(const SpecCursor& at, SuiteCase& suite_case, const RecordLocation& record) {
-  for (const Member& member : list_named_members(at, "solved parameters {name: {figure, equals, within}}")) {
+  for (const specification::Member& member :
+       list_named_members(at, "solved parameters {name: {figure, equals, within}}")) {
     SolvedParameter solved;
     solved.parameter = member.name;
     const auto read_solved_figure = [&](const SpecCursor& c) {
@@ -104,12 +108,13 @@ void read_solved_parameters(const SpecCursor& at, SuiteCase& suite_case, const R
       solved.upper = read_constant(items[1], "the parameter's upper bound, a number");
       if (!(solved.lower < solved.upper)) c.fail_expected("a bracket [lower, upper] with lower < upper");
     };
-    if (!read_fields(member.value, "a solved parameter {figure, equals, within}",
-                     {{"figure", Presence::required, read_solved_figure},
-                      {"equals", Presence::required,
-                       [&](const SpecCursor& c) { solved.value = read_constant(c, "the figure's value, a number"); }},
-                      {"within", Presence::required, read_bracket}}))
-      throw CascadingError();
+    if (!specification::read_fields(
+            member.value, "a solved parameter {figure, equals, within}",
+            {{"figure", specification::Presence::required, read_solved_figure},
+             {"equals", specification::Presence::required,
+              [&](const SpecCursor& c) { solved.value = read_constant(c, "the figure's value, a number"); }},
+             {"within", specification::Presence::required, read_bracket}}))
+      throw specification::CascadingError();
     std::erase_if(suite_case.solved, [&](const SolvedParameter& one) { return one.parameter == solved.parameter; });
     suite_case.solved.push_back(std::move(solved));
     record("solve." + member.name, member.value);
@@ -150,4 +155,4 @@ void check_case_keys(const SpecCursor& at, CaseKind kind) {
   }
 }
 
-}  // namespace balance::specification
+}  // namespace balance::batch

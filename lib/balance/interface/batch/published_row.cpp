@@ -7,7 +7,10 @@
 #include <charconv>
 #include <cmath>
 
-namespace balance {
+namespace balance::batch {
+
+using specification::Presence;
+using specification::SpecCursor;
 
 const char* name_of(PublishedVerdict verdict) { return published_verdict_names[static_cast<std::size_t>(verdict)]; }
 
@@ -23,7 +26,6 @@ std::string describe_outcome(const PublishedOutcome& outcome) {
                      unit);
 }
 
-namespace specification {
 namespace {
 
 /// Equal to the printed digits up to the round-off of decimal numbers.
@@ -41,11 +43,12 @@ double read_decimal(const SpecCursor& at, std::string& text) {
 
 /// Reads a text in the language of requirements.
 template <class Parser>
-auto read_parsed(const SpecCursor& at, const RunNames& names, const std::string& expectation, const Parser& parse) {
+auto read_parsed(const SpecCursor& at, const comparison::RunNames& names, const std::string& expectation,
+                 const Parser& parse) {
   const std::string& text = at.read_word(expectation);
   try {
     return parse(text, names);
-  } catch (const RequirementError& error) {
+  } catch (const comparison::RequirementError& error) {
     at.fail({.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
   }
 }
@@ -89,14 +92,16 @@ void check_verdict(const SpecCursor& at, const PublishedRow& row, bool has_exact
 
 }  // namespace
 
-FigureExpression read_figure(const SpecCursor& at, const RunNames& names, const std::string& expectation) {
-  FigureExpression figure = read_parsed(at, names, expectation, parse_figure_expression);
+comparison::FigureExpression read_figure(const SpecCursor& at, const comparison::RunNames& names,
+                                         const std::string& expectation) {
+  comparison::FigureExpression figure = read_parsed(at, names, expectation, comparison::parse_figure_expression);
   if (figure.figures.empty()) at.fail_expected(expectation);
   return figure;
 }
 
-Requirement read_requirement(const SpecCursor& at, const RunNames& names, const std::string& expectation) {
-  return read_parsed(at, names, expectation, parse_requirement);
+comparison::Requirement read_requirement(const SpecCursor& at, const comparison::RunNames& names,
+                                         const std::string& expectation) {
+  return read_parsed(at, names, expectation, comparison::parse_requirement);
 }
 
 SourceLocation locate(const SpecCursor& at, const std::string& file) {
@@ -119,12 +124,13 @@ double half_last_digit(const std::string& text) {
   return value;
 }
 
-PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file) {
+PublishedRow read_published_row(const SpecCursor& at, const comparison::RunNames& names, bool has_proof,
+                                const std::string& file) {
   PublishedRow row;
   std::string printed_text, exact_text, ignored;
   std::optional<double> tolerance;
   std::optional<SpecCursor> verdict;
-  const bool is_complete = read_fields(
+  const bool is_complete = specification::read_fields(
       at, "a published number {what, unit, printed, exact, tolerance, figure, verdict, note, proof}",
       {{"what", Presence::required, [&](const SpecCursor& c) { row.what = c.read_word("what the number is"); }},
        {"unit", Presence::optional,
@@ -158,7 +164,7 @@ PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, boo
           row.proof = {read_requirement(c, names, expectation), locate(c, file)};
           if (list_figures(row.proof->requirement).empty()) c.fail_expected(expectation);
         }}});
-  if (!is_complete) throw CascadingError();
+  if (!is_complete) throw specification::CascadingError();
   const bool has_exact = !exact_text.empty();
   if (!has_exact) row.exact = row.printed;
   row.tolerance = tolerance ? *tolerance : half_last_digit(has_exact ? exact_text : printed_text);
@@ -171,14 +177,13 @@ WaitingRow read_waiting_row(const SpecCursor& at) {
   const auto text_of = [](std::string& text, const char* what) {
     return [&text, what](const SpecCursor& c) { text = c.read_word(what); };
   };
-  if (!read_fields(at, "a number without a figure {what, unit, printed, reason}",
-                   {{"what", Presence::required, text_of(row.what, "what the number is")},
-                    {"unit", Presence::optional, text_of(row.unit, "a unit")},
-                    {"printed", Presence::optional, text_of(row.printed, "the printed number")},
-                    {"reason", Presence::required, text_of(row.reason, "what is missing")}}))
-    throw CascadingError();
+  if (!specification::read_fields(at, "a number without a figure {what, unit, printed, reason}",
+                                  {{"what", Presence::required, text_of(row.what, "what the number is")},
+                                   {"unit", Presence::optional, text_of(row.unit, "a unit")},
+                                   {"printed", Presence::optional, text_of(row.printed, "the printed number")},
+                                   {"reason", Presence::required, text_of(row.reason, "what is missing")}}))
+    throw specification::CascadingError();
   return row;
 }
 
-}  // namespace specification
-}  // namespace balance
+}  // namespace balance::batch

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 /// A requirement and its location in the suite, for messages: "suite.yaml:9:5: require[0]".
 struct SuiteRequirement {
-  Requirement requirement;
+  comparison::Requirement requirement;
   SourceLocation location;
 };
 
@@ -43,7 +43,7 @@ struct PublishedRow {
   double tolerance = 0;  ///< of the figure; default: half a unit of the last digit of `exact`
   PublishedVerdict verdict = PublishedVerdict::reproduced;
   std::string note;
-  FigureExpression figure;                ///< [SI]
+  comparison::FigureExpression figure;    ///< [SI]
   std::optional<SuiteRequirement> proof;  ///< of an improvement
   SourceLocation figure_location, unit_location;
 };
@@ -69,26 +69,26 @@ struct PublishedOutcome {
 /// "holds: 6.90536 m/s, expected 6.90536 ± 5e-06 m/s", "6.91 m/s, expected …".
 std::string describe_outcome(const PublishedOutcome& outcome);
 
-namespace specification {
-
 /// Reads one row of `published`.
 /// @param has_proof whether the case has a requirement on its verdict
-PublishedRow read_published_row(const SpecCursor& at, const RunNames& names, bool has_proof, const std::string& file);
+PublishedRow read_published_row(const specification::SpecCursor& at, const comparison::RunNames& names, bool has_proof,
+                                const std::string& file);
 
 /// Reads arithmetic with at least one figure. @param expectation "arithmetic of figures such as …"
-FigureExpression read_figure(const SpecCursor& at, const RunNames& names, const std::string& expectation);
+comparison::FigureExpression read_figure(const specification::SpecCursor& at, const comparison::RunNames& names,
+                                         const std::string& expectation);
 
 /// Reads one requirement. @param expectation "a requirement such as …"
-Requirement read_requirement(const SpecCursor& at, const RunNames& names, const std::string& expectation);
+comparison::Requirement read_requirement(const specification::SpecCursor& at, const comparison::RunNames& names,
+                                         const std::string& expectation);
 
 /// "suite.yaml:4:7: cases.a.spec"
-SourceLocation locate(const SpecCursor& at, const std::string& file);
+SourceLocation locate(const specification::SpecCursor& at, const std::string& file);
 
 /// Reads one entry of `waits`.
-WaitingRow read_waiting_row(const SpecCursor& at);
+WaitingRow read_waiting_row(const specification::SpecCursor& at);
 
 /// Half a unit of the last digit of a number as written: 5e-6 of 6.90536, 50 of 1.2e3.
 double half_last_digit(const std::string& text);
 
-}  // namespace specification
-}  // namespace balance
+}  // namespace balance::batch

@@ -26,7 +26,7 @@
 extern "C" void __gcov_dump();
 #endif
 
-namespace balance {
+namespace balance::batch {
 namespace {
 
 constexpr int exit_out_of_memory = 86;  // exit codes of a child without a text
@@ -131,10 +131,10 @@ SandboxedWorker::SandboxedWorker(const Work& work, const WorkerLimits& limits) :
     throw SystemError(fmt::format("cannot communicate with a process: {}", std::strerror(errno)));
   const pid_t parent = ::getpid();
   {
-    const Hdf5Lock lock;  // HDF5 is idle in the copy, too
+    const hdf5::Hdf5Lock lock;  // HDF5 is idle in the copy, too
     child_ = ::fork();
     if (child_ == 0) {
-      Hdf5Lock::reset_after_fork();
+      hdf5::Hdf5Lock::reset_after_fork();
       setup_child(parent);
       ::close(sockets[0]);
       run_in_child(work, limits.memory_bytes, sockets[1]);
@@ -250,4 +250,4 @@ void wait_for_any(const std::vector<const SandboxedWorker*>& workers, std::chron
   ::poll(events.data(), events.size(), static_cast<int>(wait.count()));
 }
 
-}  // namespace balance
+}  // namespace balance::batch

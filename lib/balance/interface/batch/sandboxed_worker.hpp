@@ -9,7 +9,7 @@
 
 struct pollfd;
 
-namespace balance {
+namespace balance::batch {
 
 /// Resources that a worker may use.
 struct WorkerLimits {
@@ -74,4 +74,4 @@ class SandboxedWorker {
 void wait_for_any(const std::vector<const SandboxedWorker*>& workers,
                   std::chrono::milliseconds max_wait = std::chrono::minutes(1));
 
-}  // namespace balance
+}  // namespace balance::batch

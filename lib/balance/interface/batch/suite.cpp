@@ -21,7 +21,11 @@
 #include <string>
 #include <vector>
 
-namespace balance::specification {
+namespace balance::batch {
+
+using comparison::FigureReference;
+using specification::Presence;
+using specification::SpecCursor;
 
 // Reading one case of a suite, and expanding a matrix of several values.
 
@@ -30,7 +34,7 @@ struct SuiteBuilder {
   explicit SuiteBuilder(const std::string& file_name) : file(file_name), problems(file_name) {}
 
   std::string file;
-  SpecErrorCollector problems;
+  specification::SpecErrorCollector problems;
   SuiteCase defaults;
   std::vector<SuiteCase> cases;
   std::set<std::string> names;                  ///< of the cases
@@ -44,7 +48,7 @@ struct SuiteBuilder {
 };
 
 /// Fields that `cases` and `defaults` share: spec, set, trajectory, controller, samples, design, run, …
-std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case);
+std::vector<specification::Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case);
 
 /// Records where a part of the case is given; replaces an earlier location.
 void record_location(SuiteCase& suite_case, const std::string& key, const SourceLocation& place);
@@ -64,11 +68,6 @@ void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& nam
 /// Reads `matrix`: one mapping of lists, or a list of such mappings.
 void read_matrices(const SpecCursor& section, SuiteBuilder& builder);
 
-}  // namespace balance::specification
-
-namespace balance {
-
-namespace specification {
 namespace {
 
 /// Reads one case; `named` is its key, or the case itself in a list.
@@ -76,7 +75,7 @@ void read_case(const SpecCursor& at, const SpecCursor& named, const std::string&
   SuiteCase suite_case = builder.defaults;
   suite_case.name = name;
   std::optional<SpecCursor> name_cursor, require, published;
-  std::vector<Field> fields = make_case_fields(builder, suite_case);
+  std::vector<specification::Field> fields = make_case_fields(builder, suite_case);
   fields.push_back({"require", Presence::optional, [&](const SpecCursor& c) { require = c; }});
   fields.push_back({"published", Presence::optional, [&](const SpecCursor& c) { published = c; }});
   fields.push_back({"waits", Presence::optional, [&](const SpecCursor& c) {
@@ -110,12 +109,13 @@ void read_cases(const SpecCursor& section, SuiteBuilder& builder) {
       builder.problems.collect([&] { read_case(item, item, "", builder); });
     return;
   }
-  for (const Member& member : list_members(section, "a list of cases, or a mapping from their names"))
+  for (const specification::Member& member : list_members(section, "a list of cases, or a mapping from their names"))
     builder.problems.collect([&] { read_case(member.value, member.key, member.name, builder); });
 }
 
 /// Reads one requirement or a list of them.
-std::vector<SuiteRequirement> read_requirements(const SpecCursor& at, const RunNames& names, SuiteBuilder& builder) {
+std::vector<SuiteRequirement> read_requirements(const SpecCursor& at, const comparison::RunNames& names,
+                                                SuiteBuilder& builder) {
   std::vector<SuiteRequirement> requirements;
   const auto read_one = [&](const SpecCursor& c) {
     requirements.push_back(
@@ -137,23 +137,23 @@ struct DeferredSections {
 void read_sections(const SpecCursor& root, Suite& suite, SuiteBuilder& builder, DeferredSections& deferred) {
   if (!root.is_map()) root.fail_expected("a suite: a mapping with 'cases' or 'matrix'");
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
-  read_fields(root, "a suite {name, defaults, cases, matrix, baseline, require}",
-              {{"name", Presence::optional,
-                [&](const SpecCursor& c) { suite.name = escape_for_terminal(c.read_word("a name")); }},
-               {"defaults", Presence::optional,
-                [&](const SpecCursor& c) {
-                  read_fields(c, "defaults of all cases {spec, set, trajectory, samples, design, run}",
-                              make_case_fields(builder, builder.defaults));
-                }},
-               {"cases", Presence::optional, store_in(deferred.cases)},
-               {"matrix", Presence::optional, store_in(deferred.matrix)},
-               {"baseline", Presence::optional, store_in(deferred.baseline)},
-               {"require", Presence::optional, store_in(deferred.require)}});
+  specification::read_fields(root, "a suite {name, defaults, cases, matrix, baseline, require}",
+                             {{"name", Presence::optional,
+                               [&](const SpecCursor& c) { suite.name = escape_for_terminal(c.read_word("a name")); }},
+                              {"defaults", Presence::optional,
+                               [&](const SpecCursor& c) {
+                                 read_fields(c, "defaults of all cases {spec, set, trajectory, samples, design, run}",
+                                             make_case_fields(builder, builder.defaults));
+                               }},
+                              {"cases", Presence::optional, store_in(deferred.cases)},
+                              {"matrix", Presence::optional, store_in(deferred.matrix)},
+                              {"baseline", Presence::optional, store_in(deferred.baseline)},
+                              {"require", Presence::optional, store_in(deferred.require)}});
 }
 
 /// Reads the sections that refer to cases by name.
 void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilder& builder) {
-  RunNames names;
+  comparison::RunNames names;
   for (const SuiteCase& suite_case : builder.cases) names.all.push_back(suite_case.name);
   names.all.insert(names.all.end(), builder.invalid_case_names.begin(), builder.invalid_case_names.end());
   if (builder.has_unnamed_cases) return;  // otherwise references to them would count as mistakes
@@ -168,7 +168,7 @@ void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilde
       names.accepts_bare_quantities = std::all_of(builder.cases.begin(), builder.cases.end(), is_single_state);
       suite.require = read_requirements(*deferred.require, names, builder);
     });
-  const auto names_of = [&](const SuiteCase& suite_case) -> const RunNames& {
+  const auto names_of = [&](const SuiteCase& suite_case) -> const comparison::RunNames& {
     names.accepts_bare_quantities = is_single_state(suite_case);
     return names;
   };
@@ -198,7 +198,6 @@ void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilde
 }
 
 }  // namespace
-}  // namespace specification
 
 Suite parse_suite(const std::string& text, const std::string& file_name) {
   using namespace specification;
@@ -281,8 +280,8 @@ std::vector<std::vector<FigureReference>> list_asked_figures(const Suite& suite)
 
 bool asks_for_verdict(const Suite& suite, const SuiteCase& suite_case) {
   bool asks = false;
-  for_each_requirement_of(suite, suite_case, [&](const Requirement& requirement, bool is_own) {
-    for (const RequirementComparison& comparison : requirement.comparisons)
+  for_each_requirement_of(suite, suite_case, [&](const comparison::Requirement& requirement, bool is_own) {
+    for (const comparison::RequirementComparison& comparison : requirement.comparisons)
       for (const FigureReference& figure : comparison.left.figures)
         asks = asks || (!comparison.word.empty() && (figure.run.empty() ? is_own : figure.run == suite_case.name));
   });
@@ -290,29 +289,27 @@ bool asks_for_verdict(const Suite& suite, const SuiteCase& suite_case) {
 }
 
 Suite read_suite_file(const std::string& path) {
-  return parse_suite(read_text_file(path, "suite"), display_name(path));
+  return parse_suite(specification::read_text_file(path, "suite"), specification::display_name(path));
 }
-
-}  // namespace balance
-
-namespace balance::specification {
 
 namespace {
 
 constexpr std::size_t max_case_name_length = 150;  // a file name may have 255 bytes, and suffixes are appended
 
 /// The value as single-line YAML.
-std::string format_flow_yaml(const YamlNode& node) {
+std::string format_flow_yaml(const specification::YamlNode& node) {
   std::string text;
   switch (node.kind) {
-    case YamlNode::Kind::null: return "null";
-    case YamlNode::Kind::scalar: return format_scalar(node.text);
-    case YamlNode::Kind::list:
-      for (const YamlNode& item : node.items) text += (text.empty() ? "" : ", ") + format_flow_yaml(item);
+    case specification::YamlNode::Kind::null: return "null";
+    case specification::YamlNode::Kind::scalar: return specification::format_scalar(node.text);
+    case specification::YamlNode::Kind::list:
+      for (const specification::YamlNode& item : node.items)
+        text += (text.empty() ? "" : ", ") + format_flow_yaml(item);
       return "[" + text + "]";
-    case YamlNode::Kind::map:
+    case specification::YamlNode::Kind::map:
       for (std::size_t i = 0; i < node.items.size(); ++i)
-        text += (text.empty() ? "" : ", ") + format_scalar(node.keys[i].text) + ": " + format_flow_yaml(node.items[i]);
+        text += (text.empty() ? "" : ", ") + specification::format_scalar(node.keys[i].text) + ": " +
+                format_flow_yaml(node.items[i]);
       return "{" + text + "}";
   }
   return text;
@@ -334,23 +331,24 @@ std::optional<CaseDesignOptions> read_case_design(const SpecCursor& at) {
         at.read_choice("a truth value or a design {goal, strategy, minimize, seed}", {"true", "false"});
     return choice == 0 ? std::optional(design) : std::nullopt;
   }
-  read_fields(at, "a design {goal, strategy, minimize, seed}",
-              {{"goal", Presence::optional, [&](const SpecCursor& c) { design.goals = read_goals(c); }},
-               {"strategy", Presence::optional,
-                [&](const SpecCursor& c) {
-                  design.modular = c.read_choice("a strategy", {"complete", "modular"}) == 1;
-                }},
-               {"minimize", Presence::optional,
-                [&](const SpecCursor& c) {
-                  if (c.kind() == YamlNode::Kind::null) c.fail_expected("what to minimize");
-                  design.minimize = format_flow_yaml(c.node());
-                }},
-               {"seed", Presence::optional, [&](const SpecCursor& c) { design.seed = read_seed(c); }}});
+  specification::read_fields(at, "a design {goal, strategy, minimize, seed}",
+                             {{"goal", Presence::optional, [&](const SpecCursor& c) { design.goals = read_goals(c); }},
+                              {"strategy", Presence::optional,
+                               [&](const SpecCursor& c) {
+                                 design.modular = c.read_choice("a strategy", {"complete", "modular"}) == 1;
+                               }},
+                              {"minimize", Presence::optional,
+                               [&](const SpecCursor& c) {
+                                 if (c.kind() == specification::YamlNode::Kind::null)
+                                   c.fail_expected("what to minimize");
+                                 design.minimize = format_flow_yaml(c.node());
+                               }},
+                              {"seed", Presence::optional, [&](const SpecCursor& c) { design.seed = read_seed(c); }}});
   return design;
 }
 
 void read_set(const SpecCursor& at, SuiteBuilder& builder, SuiteCase& suite_case) {
-  for (const Member& member : list_named_members(at, "parameters {name: value}")) {
+  for (const specification::Member& member : list_named_members(at, "parameters {name: value}")) {
     builder.problems.collect([&] {
       const std::string value = read_value(member.value);
       std::erase_if(suite_case.overrides, [&](const auto& pair) { return pair.first == member.name; });
@@ -381,23 +379,24 @@ void record_location(SuiteCase& suite_case, const std::string& key, const Source
 }
 
 long read_samples(const SpecCursor& at) {
-  const std::string expectation = fmt::format("a whole number from {} to {}", min_samples, max_samples);
+  const std::string expectation =
+      fmt::format("a whole number from {} to {}", trajectory::min_samples, trajectory::max_samples);
   const std::string& text = at.read_word(expectation);
   long samples = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
-  if (error != std::errc() || end != text.data() + text.size() || !is_valid_sample_count(samples))
+  if (error != std::errc() || end != text.data() + text.size() || !trajectory::is_valid_sample_count(samples))
     at.fail_expected(expectation);
   return samples;
 }
 
 std::string read_value(const SpecCursor& at) { return at.read_word("a parameter's value, a number or an expression"); }
 
-std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case) {
+std::vector<specification::Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case) {
   const auto make_field = [&builder, &suite_case](const std::string& key, auto read) {
-    return Field{key, Presence::optional, [&builder, &suite_case, key, read](const SpecCursor& c) {
-                   read(c);
-                   record_location(suite_case, key, builder.place(c));
-                 }};
+    return specification::Field{key, Presence::optional, [&builder, &suite_case, key, read](const SpecCursor& c) {
+                                  read(c);
+                                  record_location(suite_case, key, builder.place(c));
+                                }};
   };
   return {
       make_field("spec",
@@ -452,10 +451,6 @@ void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& nam
   builder.cases.push_back(std::move(suite_case));
 }
 
-}  // namespace balance::specification
-
-namespace balance {
-
 SourceLocation SuiteCase::location_of(const std::string& key) const {
   for (const std::string& candidate : {key, std::string()}) {
     const auto entry =
@@ -464,10 +459,6 @@ SourceLocation SuiteCase::location_of(const std::string& key) const {
   }
   return {.key = name};
 }
-
-}  // namespace balance
-
-namespace balance::specification {
 
 // All combinations of specs, trajectories, controllers and parameter values.
 
@@ -520,11 +511,11 @@ std::vector<AxisValue> read_range(const SpecCursor& at, const std::string& name,
                                   const SuiteBuilder& builder) {
   double from = 0, to = 0;
   long count = 0;
-  const bool is_complete =
-      read_fields(at, "values {from, to, count}",
-                  {{"from", Presence::required, [&](const SpecCursor& c) { from = read_plain(c); }},
-                   {"to", Presence::required, [&](const SpecCursor& c) { to = read_plain(c); }},
-                   {"count", Presence::required, [&](const SpecCursor& c) { count = read_samples(c); }}});
+  const bool is_complete = specification::read_fields(
+      at, "values {from, to, count}",
+      {{"from", Presence::required, [&](const SpecCursor& c) { from = read_plain(c); }},
+       {"to", Presence::required, [&](const SpecCursor& c) { to = read_plain(c); }},
+       {"count", Presence::required, [&](const SpecCursor& c) { count = read_samples(c); }}});
   std::vector<AxisValue> choices;
   if (!is_complete) return choices;
   if (static_cast<std::size_t>(count) > max_values) throw_too_many_cases(at);
@@ -537,7 +528,7 @@ std::vector<AxisValue> read_range(const SpecCursor& at, const std::string& name,
   return choices;
 }
 
-MatrixAxis read_parameter(const Member& member, std::size_t max_values, const SuiteBuilder& builder) {
+MatrixAxis read_parameter(const specification::Member& member, std::size_t max_values, const SuiteBuilder& builder) {
   const std::string& name = member.name;
   MatrixAxis axis;
   axis.apply = [name](const AxisValue& choice, SuiteCase& suite_case) {
@@ -617,7 +608,7 @@ void expand_matrix(const std::vector<MatrixAxis>& axes, const std::string& prefi
 void read_matrix(const SpecCursor& at, SuiteBuilder& builder) {
   SuiteCase base = builder.defaults;
   MatrixAxes axes;
-  std::vector<Field> fields = {
+  std::vector<specification::Field> fields = {
       {"name", Presence::optional,
        [&](const SpecCursor& c) { axes.prefix = c.read_word("a prefix of the cases' names"); }},
       {"spec", Presence::optional, [&](const SpecCursor& c) { axes.specs = read_specs(c, builder); }},
@@ -627,15 +618,15 @@ void read_matrix(const SpecCursor& at, SuiteBuilder& builder) {
        [&](const SpecCursor& c) { axes.controllers = read_names(c, "controller", &SuiteCase::controller, builder); }},
       {"set", Presence::optional, [&](const SpecCursor& c) {
          std::size_t max_values = max_cases;
-         for (const Member& member : list_named_members(c, "parameters {name: [values]}"))
+         for (const specification::Member& member : list_named_members(c, "parameters {name: [values]}"))
            builder.problems.collect([&] {
              axes.parameters.push_back(read_parameter(member, max_values, builder));
              max_values /= std::max<std::size_t>(1, axes.parameters.back().choices.size());
            });
        }}};
-  for (Field& field : make_case_fields(builder, base)) {
-    const bool is_axis =
-        std::any_of(fields.begin(), fields.end(), [&](const Field& axis) { return axis.name == field.name; });
+  for (specification::Field& field : make_case_fields(builder, base)) {
+    const bool is_axis = std::any_of(fields.begin(), fields.end(),
+                                     [&](const specification::Field& axis) { return axis.name == field.name; });
     if (!is_axis) fields.push_back(std::move(field));
   }
   if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design, run}", fields)) return;
@@ -656,4 +647,4 @@ void read_matrices(const SpecCursor& section, SuiteBuilder& builder) {
     builder.problems.collect([&] { read_matrix(item, builder); });
 }
 
-}  // namespace balance::specification
+}  // namespace balance::batch

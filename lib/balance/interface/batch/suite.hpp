@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::batch {
 
 /// How a case's spec is balanced before it is simulated, as by `balance design`.
 struct CaseDesignOptions {
@@ -46,7 +46,7 @@ struct CaseState {
 /// A parameter whose value is found such that a figure has a given value.
 struct SolvedParameter {
   std::string parameter;
-  FigureExpression figure;
+  comparison::FigureExpression figure;
   double value = 0;             ///< of the figure [SI]
   double lower = 0, upper = 0;  ///< bracket of the parameter, as written in specs
 };
@@ -83,7 +83,7 @@ struct Suite {
 };
 
 /// The figures that requirements and published rows ask of each case, each once, in the order of the cases.
-std::vector<std::vector<FigureReference>> list_asked_figures(const Suite& suite);
+std::vector<std::vector<comparison::FigureReference>> list_asked_figures(const Suite& suite);
 
 /// Whether a requirement or a published row of the case, or one of the suite's that is judged for it, refers to the
 /// verdict of its design: then an impossible design is a result.
@@ -99,4 +99,4 @@ Suite parse_suite(const std::string& text, const std::string& file_name);
 /// @throws SystemError if the file cannot be read; SpecError as above
 Suite read_suite_file(const std::string& path);
 
-}  // namespace balance
+}  // namespace balance::batch

@@ -17,7 +17,7 @@
 #include <unordered_set>
 #include <utility>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 constexpr double zero_base_tolerance =
@@ -168,7 +168,7 @@ const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
     return found == table.metrics.end() ? nullptr : &*found;
   };
   const Metric* exact = find(quantity);
-  return exact != nullptr ? exact : find(to_force_name(std::string(quantity)));
+  return exact != nullptr ? exact : find(results::to_force_name(std::string(quantity)));
 }
 
 const EvaluatedFigure* find_evaluated_figure(const MetricTable& table, std::string_view text) {
@@ -239,4 +239,4 @@ std::vector<std::string> make_run_names(const std::vector<RunLocation>& location
   return names;
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

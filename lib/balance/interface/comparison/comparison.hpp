@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 /// The figures of a run, with the name by which comparisons and requirements refer to it.
 struct MetricTable {
@@ -93,4 +93,4 @@ struct RunLocation {
 /// is still ambiguous, followed by a number. Only the first run may be called `base`.
 std::vector<std::string> make_run_names(const std::vector<RunLocation>& locations);
 
-}  // namespace balance
+}  // namespace balance::comparison

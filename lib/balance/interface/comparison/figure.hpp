@@ -11,7 +11,7 @@
 #include <span>
 #include <string>
 
-namespace balance {
+namespace balance::comparison {
 
 class FigureEvaluator;
 struct FigureReference;
@@ -73,4 +73,4 @@ struct FigureReference {
   std::string text() const;
 };
 
-}  // namespace balance
+}  // namespace balance::comparison

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <utility>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 // Readers of figures.
@@ -54,7 +54,7 @@ EvaluatedFigure read_statistic(FigureEvaluator& evaluator, const FigureReference
   const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
   if (found == nullptr) return figure;
   const std::vector<double>& values = found->curve->sampled_values();
-  const Metric metric = summarise_values(values, found->curve->sample_times(), found->round_off);
+  const Metric metric = results::summarise_values(values, found->curve->sample_times(), found->round_off);
   const Statistic statistic = *reference.function->statistic;
   const bool is_average = statistic == Statistic::rms || statistic == Statistic::mean;
   return make_value(is_average && values.size() == 1 ? metric.peak : statistic_of(metric, statistic), found->unit);
@@ -67,7 +67,7 @@ EvaluatedFigure read_extreme(FigureEvaluator& evaluator, const FigureReference& 
   if (found == nullptr) return figure;
   const auto [low, high] =
       std::minmax_element(found->curve->sampled_values().begin(), found->curve->sampled_values().end());
-  return make_value(suppress_round_off(found->round_off, is_maximum ? *high : *low), found->unit);
+  return make_value(results::suppress_round_off(found->round_off, is_maximum ? *high : *low), found->unit);
 }
 
 EvaluatedFigure read_value(FigureEvaluator& evaluator, const FigureReference& reference) {
@@ -95,7 +95,7 @@ EvaluatedFigure read_value(FigureEvaluator& evaluator, const FigureReference& re
       return make_reason(fmt::format("{} jumps at about {:.6g} s: add before or after", reference.quantity, time));
     case SampledCurve::Gap::none: break;
   }
-  return make_value(suppress_round_off(found->round_off, value), found->unit);
+  return make_value(results::suppress_round_off(found->round_off, value), found->unit);
 }
 
 EvaluatedFigure read_time(FigureEvaluator& evaluator, const FigureReference& reference) {
@@ -240,12 +240,12 @@ FigureEvaluator::FigureEvaluator(FigureSubject subject)
 
 /// Terms of the equation of motion in the independent coordinates.
 void FigureEvaluator::list_equation_quantities() {
-  const EquationsAtConfiguration& at = *subject_.equations;
+  const formulas::EquationsAtConfiguration& at = *subject_.equations;
   for (std::size_t a = 0; at.split && a < at.actuators.size(); ++a)
     quantities_.add_constant((at.is_force[a] ? "force[" : "torque[") + at.actuators[a] + "]",
                              at.is_force[a] ? "N" : "N m", at.split->effort[static_cast<Eigen::Index>(a)]);
   if (!at.terms) return;
-  const IndependentTerms& terms = *at.terms;
+  const dynamics::IndependentTerms& terms = *at.terms;
   const auto velocity = [&](Eigen::Index k) { return at.dq.dot(terms.velocity[static_cast<std::size_t>(k)] * at.dq); };
   const VectorX viscous = terms.viscous * at.dq, inertia = terms.mass * at.ddq, rest = terms.static_terms.sum();
   for (std::size_t i = 0; i < at.independent.size(); ++i) {
@@ -272,7 +272,7 @@ void FigureEvaluator::list_equation_quantities() {
 
 const FigureEvaluator::NamedCurve* FigureEvaluator::find_curve(const std::string& name, EvaluatedFigure& figure) {
   if (const auto known = curves_.find(name); known != curves_.end()) return &known->second;
-  const NamedQuantity found = quantities_.find(name);
+  const results::NamedQuantity found = quantities_.find(name);
   if (found.quantity == nullptr) {
     figure.mistaken_name = name;
     figure.mistake = found.mistake;
@@ -345,7 +345,7 @@ bool is_mechanism_of(const RunResult& run, const Mechanism& mechanism) {
     return false;
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     if (mechanism.coordinates[c].name != run.coordinate_names[c]) return false;
-  const std::vector<std::vector<BodyMotion>> motions = body_motions(mechanism, run, run.time.size());
+  const std::vector<std::vector<results::BodyMotion>> motions = body_motions(mechanism, run, run.time.size());
   constexpr double com_tolerance =
       1e-6;  // of its distance and a metre: round-off is far smaller, other designs are not
   for (Eigen::Index k = 0; k < run.time.size(); k += std::max<Eigen::Index>(1, run.time.size() / 2)) {
@@ -353,7 +353,7 @@ bool is_mechanism_of(const RunResult& run, const Mechanism& mechanism) {
     Vector3 moment = Vector3::Zero();
     double mass = 0;
     const auto add = [&](BodyId body, double m, const Vector3& r) {
-      if (body == ground) return;
+      if (body == model::ground) return;
       moment += m * motions[static_cast<std::size_t>(k)][static_cast<std::size_t>(body)].point_position(r);
       mass += m;
     };
@@ -383,4 +383,4 @@ std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const s
   }
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 /// A number by its path: a free number of a design, a solved parameter.
 struct FigureNumber {
@@ -34,12 +34,12 @@ struct ConditionsFigures {
 
 /// What figures are about. Whatever it lacks has no figures. It refers to objects that must outlive the evaluator.
 struct FigureSubject {
-  const RunResult* run = nullptr;        ///< with samples, or a single state: one row
-  const Mechanism* mechanism = nullptr;  ///< of the run
-  std::vector<FigurePoint> points;       ///< of the mechanism
+  const RunResult* run = nullptr;            ///< with samples, or a single state: one row
+  const Mechanism* mechanism = nullptr;      ///< of the run
+  std::vector<results::FigurePoint> points;  ///< of the mechanism
   const DesignReport* design = nullptr;
   std::string objective_unit;  ///< of the design; empty: none, or a sum
-  const EquationsAtConfiguration* equations = nullptr;
+  const formulas::EquationsAtConfiguration* equations = nullptr;
   std::optional<ConditionsFigures> conditions;
   std::vector<FigureNumber> numbers;
 };
@@ -70,7 +70,7 @@ class FigureEvaluator {
   void list_equation_quantities();
 
   FigureSubject subject_;
-  RunQuantities quantities_;
+  results::RunQuantities quantities_;
   std::map<std::string, NamedCurve> curves_;
 };
 
@@ -87,4 +87,4 @@ std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const s
 /// Whether a table answers a figure by itself: energy and statistics of RunResult::metrics.
 bool has_figure(const MetricTable& table, const FigureReference& figure);
 
-}  // namespace balance
+}  // namespace balance::comparison

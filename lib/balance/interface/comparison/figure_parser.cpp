@@ -11,7 +11,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace balance {
+namespace balance::comparison {
 
 std::string FigureMoment::text() const {
   switch (kind) {
@@ -38,7 +38,6 @@ std::string FigureReference::text() const {
   return fmt::format("{}({})", function->name, arguments);
 }
 
-namespace specification {
 namespace {
 
 constexpr int max_crossing = 1'000'000;
@@ -200,12 +199,12 @@ std::string FigureScanner::read_run() {
 
 double FigureScanner::read_constant(const std::string& text, std::size_t offset, const std::string& expectation) const {
   const auto no_name = [&](const std::string& name) -> Expression {
-    throw ExpressionError("unknown name " + quote_for_message(name));
+    throw expression::ExpressionError("unknown name " + quote_for_message(name));
   };
   try {
-    const double value = parse_expression(text, no_name).value();
+    const double value = expression::parse_expression(text, no_name).value();
     if (std::isfinite(value)) return value;
-  } catch (const ExpressionError& error) {
+  } catch (const expression::ExpressionError& error) {
     fail(offset, fmt::format("expected {}, found {}: {}", expectation, quote_for_message(trimmed(text)), error.what()));
   }
   fail(offset,
@@ -359,5 +358,4 @@ FigureReference FigureScanner::read_call(const FigureFunction& function, std::si
   return figure;
 }
 
-}  // namespace specification
-}  // namespace balance
+}  // namespace balance::comparison

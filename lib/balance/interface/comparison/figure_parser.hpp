@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance::specification {
+namespace balance::comparison {
 
 /// The figure of that name; nullptr if there is none.
 const FigureFunction* find_figure_function(std::string_view name);
@@ -64,4 +64,4 @@ class FigureScanner {
   std::string resolve(const std::string& name) const;
 };
 
-}  // namespace balance::specification
+}  // namespace balance::comparison

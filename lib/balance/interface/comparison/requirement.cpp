@@ -13,7 +13,7 @@
 #include <limits>
 #include <map>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 /// Values of the variables that stand for figures.
@@ -22,10 +22,10 @@ using Values = std::map<std::string, double>;
 double evaluate_figure_expression(const std::string& expression, const Values& values) {
   const auto value = [&](const std::string& name) -> Expression {
     const auto found = values.find(name);
-    if (found == values.end()) throw ExpressionError("unknown name " + quote_for_message(name));
+    if (found == values.end()) throw expression::ExpressionError("unknown name " + quote_for_message(name));
     return found->second;
   };
-  return parse_expression(expression, value).value();
+  return expression::parse_expression(expression, value).value();
 }
 
 template <class Visitor>
@@ -42,7 +42,7 @@ void check_arithmetic(const FigureExpression& side, std::size_t column) {
   for (const FigureReference& figure : side.figures) ones[figure.variable] = 1;
   try {
     evaluate_figure_expression(side.expression, ones);
-  } catch (const ExpressionError& error) {
+  } catch (const expression::ExpressionError& error) {
     throw RequirementError(column,
                            quote_for_message(side.text) + ": " + error.what() + format_decimal_point_hint(side.text));
   }
@@ -159,10 +159,10 @@ double evaluate(const FigureExpression& side, const std::vector<MetricTable>& ta
                         : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::vector<specification::RequirementToken> tokenise(const std::string& text, const RunNames& runs) {
-  if (text.size() > max_expression_length)
-    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
-  return specification::tokenise_requirement(text, runs);
+std::vector<comparison::RequirementToken> tokenise(const std::string& text, const RunNames& runs) {
+  if (text.size() > expression::max_expression_length)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", expression::max_expression_length));
+  return comparison::tokenise_requirement(text, runs);
 }
 
 bool combine_comparisons(const Requirement& requirement, const std::vector<JudgedComparison>& judged) {
@@ -200,7 +200,7 @@ std::vector<std::string> Requirement::named_runs() const {
 }
 
 Requirement parse_requirement(const std::string& text, const RunNames& runs) {
-  Requirement requirement = specification::parse_requirement_tokens(tokenise(text, runs), text, runs);
+  Requirement requirement = comparison::parse_requirement_tokens(tokenise(text, runs), text, runs);
   for (const RequirementComparison& comparison : requirement.comparisons) {
     check_arithmetic(comparison.left, comparison.column);
     if (comparison.word.empty()) check_arithmetic(comparison.right, comparison.column);
@@ -209,7 +209,7 @@ Requirement parse_requirement(const std::string& text, const RunNames& runs) {
 }
 
 FigureExpression parse_figure_expression(const std::string& text, const RunNames& runs) {
-  FigureExpression expression = specification::parse_expression_tokens(tokenise(text, runs), text, runs);
+  FigureExpression expression = comparison::parse_expression_tokens(tokenise(text, runs), text, runs);
   check_arithmetic(expression, 1);
   return expression;
 }
@@ -217,7 +217,7 @@ FigureExpression parse_figure_expression(const std::string& text, const RunNames
 void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities) {
   for_each_figure(requirement, [&](const FigureReference& figure) {
     const bool known = std::find(quantities.begin(), quantities.end(),
-                                 resolve_quantity_name(figure.quantity, quantities)) != quantities.end();
+                                 results::resolve_quantity_name(figure.quantity, quantities)) != quantities.end();
     if (!figure.function->statistic || known) return;
     throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", quote_for_message(figure.quantity),
                                                       append_nearest_name(figure.quantity, quantities)));
@@ -351,4 +351,4 @@ std::vector<RequirementVerdict> judge_requirements(const std::vector<std::string
   return verdicts;
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

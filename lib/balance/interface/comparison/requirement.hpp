@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 /// The requirement is invalid; the message says what is wrong and where: "column 6: …".
 class RequirementError : public std::runtime_error {
@@ -110,4 +110,4 @@ std::vector<RequirementVerdict> judge_each_run(const Requirement& requirement, c
 std::vector<RequirementVerdict> judge_requirements(const std::vector<std::string>& texts,
                                                    const std::vector<NamedRun>& runs);
 
-}  // namespace balance
+}  // namespace balance::comparison

@@ -11,7 +11,7 @@
 #include <array>
 #include <cctype>
 
-namespace balance::specification {
+namespace balance::comparison {
 namespace {
 
 using Kind = RequirementToken::Kind;
@@ -272,7 +272,7 @@ class RequirementLexer : FigureScanner {
       while (position_ < text_.size() && (is_name_byte(text_[position_]) || text_[position_] == '-')) ++position_;
       word = text_.substr(begin, position_ - begin);
     }
-    const std::vector<std::string>& words = design_verdict_words();
+    const std::vector<std::string>& words = design::design_verdict_words();
     if (std::find(words.begin(), words.end(), word) == words.end())
       fail(begin,
            fmt::format("expected a verdict ({}), found {}{}", join_alternatives(words),
@@ -328,7 +328,7 @@ class RequirementLexer : FigureScanner {
   }
 
   static bool is_function_name(const std::string& name) {
-    const auto& functions = function_names();
+    const auto& functions = expression::function_names();
     return std::find(functions.begin(), functions.end(), name) != functions.end() ||
            find_figure_function(name) != nullptr;
   }
@@ -363,7 +363,7 @@ class RequirementLexer : FigureScanner {
       token.figure = read_call(*function, parenthesis);
       return finish_figure(std::move(token));
     }
-    const auto& functions = function_names();
+    const auto& functions = expression::function_names();
     if (std::find(functions.begin(), functions.end(), identifier) != functions.end())
       return make_token(Kind::function, identifier.size());
     std::vector<std::string> names;
@@ -398,4 +398,4 @@ std::vector<RequirementToken> tokenise_requirement(const std::string& text, cons
   return RequirementLexer(text, runs).split();
 }
 
-}  // namespace balance::specification
+}  // namespace balance::comparison

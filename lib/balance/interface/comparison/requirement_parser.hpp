@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::specification {
+namespace balance::comparison {
 
 struct RequirementToken {
   enum class Kind {
@@ -42,4 +42,4 @@ Requirement parse_requirement_tokens(const std::vector<RequirementToken>& tokens
 FigureExpression parse_expression_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
                                          const RunNames& runs);
 
-}  // namespace balance::specification
+}  // namespace balance::comparison

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 constexpr double requirement_equality_tolerance =
@@ -124,4 +124,4 @@ bool do_all_hold(const std::vector<RequirementVerdict>& verdicts) {
   return std::all_of(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& verdict) { return verdict.holds; });
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 enum class Relation { less, at_most, greater, at_least, equal, unequal };
 
@@ -47,4 +47,4 @@ std::string format_percent(double percent);
 
 bool do_all_hold(const std::vector<RequirementVerdict>& verdicts);
 
-}  // namespace balance
+}  // namespace balance::comparison

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 /// Sample times relative to the first one, multiplied by `scale`.
@@ -100,8 +100,8 @@ std::vector<std::pair<std::string, Difference>> list_differences(const RunResult
     std::optional<Difference> difference = series_difference.compute(series, *found->second);
     if (!difference) continue;
     const double round_off = series.round_off + found->second->round_off;
-    if (suppress_round_off(round_off, difference->largest) == 0) difference = Difference{};
-    difference->rms = suppress_round_off(round_off, difference->rms);
+    if (results::suppress_round_off(round_off, difference->largest) == 0) difference = Difference{};
+    difference->rms = results::suppress_round_off(round_off, difference->rms);
     differences.emplace_back(series.quantity, *difference);
     merge_worst_case(worst, series.quantity, *difference);
   }
@@ -142,7 +142,7 @@ std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
 
 std::vector<QuantitySeries> list_series(const RunResult& result) {
   std::vector<QuantitySeries> series;
-  for (const MetricSeries& metric_series : list_metric_series(result)) {
+  for (const results::MetricSeries& metric_series : list_metric_series(result)) {
     const Samples& samples = result.*metric_series.array;
     if (samples.rows() > 0 && samples.rows() == result.time.size())
       series.push_back({metric_series.quantity, &samples, metric_series.first, metric_series.count,
@@ -151,4 +151,4 @@ std::vector<QuantitySeries> list_series(const RunResult& result) {
   return series;
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

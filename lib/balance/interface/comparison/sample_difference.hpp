@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 // Differences of the samples of two runs.
 
@@ -61,4 +61,4 @@ struct QuantitySeries {
 /// Omits quantities without samples.
 std::vector<QuantitySeries> list_series(const RunResult& result);
 
-}  // namespace balance
+}  // namespace balance::comparison

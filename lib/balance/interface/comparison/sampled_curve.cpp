@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::comparison {
 namespace {
 
 constexpr double jump_slope_ratio = 10;         // times its neighbours': smooth samples worth comparing never come near
@@ -190,8 +190,9 @@ std::vector<double> SampledCurve::find_crossings(double level) const {
     const auto is_on_level = [&](std::size_t i) { return std::abs(places[i].distance) <= touch_tolerance * largest; };
     const auto find_root = [&](std::size_t i) -> std::optional<double> {  // between places i − 1 and i
       if (!(places[i - 1].distance * places[i].distance < 0)) return std::nullopt;
-      return find_bracketed_root([&](double time) { return distance(places[i].polynomial, time); }, places[i - 1].time,
-                                 places[i].time, places[i - 1].distance, places[i].distance, root_tolerance);
+      return numerics::find_bracketed_root([&](double time) { return distance(places[i].polynomial, time); },
+                                           places[i - 1].time, places[i].time, places[i - 1].distance,
+                                           places[i].distance, root_tolerance);
     };
     for (std::size_t i = 0; i < places.size(); ++i) {
       std::optional<double> crossing;
@@ -216,7 +217,7 @@ std::optional<double> SampledCurve::find_interior_extremum(const StepPolynomial&
   const auto slope = [&](double s) { return sign * (is_scalar() ? p.slope(s)[0] : p.value(s).dot(p.slope(s))); };
   const double first = slope(0), last = slope(1);
   if (!(first > 0 && last < 0)) return std::nullopt;
-  return find_bracketed_root(slope, 0, 1, first, last, root_tolerance);
+  return numerics::find_bracketed_root(slope, 0, 1, first, last, root_tolerance);
 }
 
 double SampledCurve::find_extremum(Extremum extremum) const {
@@ -245,4 +246,4 @@ double SampledCurve::find_extremum(Extremum extremum) const {
   return time;
 }
 
-}  // namespace balance
+}  // namespace balance::comparison

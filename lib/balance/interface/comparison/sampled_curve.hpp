@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::comparison {
 
 /// The side of a jump on which a value is taken.
 enum class JumpSide { any, before, after };
@@ -89,4 +89,4 @@ class SampledCurve {
   std::vector<Eigen::Index> piece_begins_;  ///< ascending, then the number of rows
 };
 
-}  // namespace balance
+}  // namespace balance::comparison

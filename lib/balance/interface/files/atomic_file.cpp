@@ -16,7 +16,7 @@
 #include <filesystem>
 #include <random>
 
-namespace balance {
+namespace balance::files {
 
 std::string resolve_path(const std::string& path) {
   std::error_code error;
@@ -258,4 +258,4 @@ void AtomicFile::commit(Durability durability) {
   if (durability == Durability::synced) sync_folder(target_);
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
 
 // Identity of the file that a path refers to.
 
@@ -102,4 +102,4 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
-}  // namespace balance
+}  // namespace balance::files

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <string_view>
 
-namespace balance {
+namespace balance::files {
 namespace {
 
 /// Invisible characters occur only in strings, where they may be written as escapes.
@@ -59,4 +59,4 @@ Json outcome_json(const MotionOutcome& outcome) {
   return json;
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
 
 /// One object: what was run, how it ended, the metrics and the files written; ends with a newline.
 std::string format_result_json(const RunResult& result, const Provenance& description,
@@ -37,5 +37,11 @@ Json vector_json(const Vector3& vector, int axes);
 Json numbers_json(const VectorX& numbers);
 Json metric_json(const Metric& metric);
 Json outcome_json(const MotionOutcome& outcome);
+
+}  // namespace balance::files
+
+namespace balance {
+
+using files::Json;
 
 }  // namespace balance

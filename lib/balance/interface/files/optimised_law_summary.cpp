@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
-namespace balance {
+namespace balance::files {
 namespace {
 
 constexpr std::size_t max_listed_intervals = 40;
 
 }  // namespace
 
-std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& options) {
+std::string format_optimised_law(const trajectory::OptimisedLaw& law, const TextOptions& options) {
   const DisplayUnit time = find_display_unit("s", options.units), momentum = find_display_unit("N m s", options.units),
                     peak = find_display_unit(law.unit, options.units);
   const std::string duration = fmt::format("{:.9g} {}", time.convert(law.duration), time.name);
@@ -26,7 +26,7 @@ std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& opt
   TextTable table;
   table.heading = {"from" + bracket_unit(time), "to" + bracket_unit(time), "path from [%]", "to [%]", "at its limit"};
   table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
-  for (const ActiveLimitInterval& interval : law.active_limits) {
+  for (const trajectory::ActiveLimitInterval& interval : law.active_limits) {
     if (table.rows.size() == max_listed_intervals) break;
     table.rows.push_back({format_number(time.convert(interval.begin)), format_number(time.convert(interval.end)),
                           format_number(100 * interval.path_begin), format_number(100 * interval.path_end),
@@ -38,9 +38,9 @@ std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& opt
   return text;
 }
 
-Json optimised_law_json(const OptimisedLaw& law) {
+Json optimised_law_json(const trajectory::OptimisedLaw& law) {
   Json json = {{"duration", law.duration}, {"switches", law.switch_times}, {"stretches", Json::array()}};
-  for (const ActiveLimitInterval& interval : law.active_limits)
+  for (const trajectory::ActiveLimitInterval& interval : law.active_limits)
     json["stretches"].push_back({{"begin", interval.begin},
                                  {"end", interval.end},
                                  {"from", interval.path_begin},
@@ -54,7 +54,7 @@ Json optimised_law_json(const OptimisedLaw& law) {
   return json;
 }
 
-std::string format_corridor_result(const CorridorResult& c, const SpecUnits& units) {
+std::string format_corridor_result(const trajectory::CorridorResult& c, const specification::SpecUnits& units) {
   const DisplayUnit width = find_display_unit(c.width_unit, units), unit = find_display_unit(c.unit, units);
   return fmt::format(
       "corridor: the motion leaves the path by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; "
@@ -64,10 +64,10 @@ std::string format_corridor_result(const CorridorResult& c, const SpecUnits& uni
       unit.convert(c.centreline_value), unit.name, c.agreeing_starts, c.starts);
 }
 
-Json corridor_result_json(const CorridorResult& c) {
+Json corridor_result_json(const trajectory::CorridorResult& c) {
   return {{"width", c.width},     {"used", c.max_offset},       {"unit", c.width_unit},
           {"of", c.objective},    {"value", c.objective_value}, {"on_path", c.centreline_value},
           {"value_unit", c.unit}, {"starts", c.starts},         {"agreeing", c.agreeing_starts}};
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -7,18 +7,19 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::files {
 
 /// The law found, and a table of which limit is active when; ends with a newline.
-std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& options = {});
+std::string format_optimised_law(const trajectory::OptimisedLaw& law, const TextOptions& options = {});
 
 /// {duration, switches, stretches: [{begin, end, from, to, limit}]} and, for a gentlest law, {of, peak, unit}.
-Json optimised_law_json(const OptimisedLaw& law);
+Json optimised_law_json(const trajectory::OptimisedLaw& law);
 
 /// Maximum offset from the path, the objective reached, and the number of starts that agree; ends with a newline.
-std::string format_corridor_result(const CorridorResult& corridor, const SpecUnits& units = {});
+std::string format_corridor_result(const trajectory::CorridorResult& corridor,
+                                   const specification::SpecUnits& units = {});
 
 /// {width, used, unit, of, value, on_path, value_unit, starts, agreeing}.
-Json corridor_result_json(const CorridorResult& corridor);
+Json corridor_result_json(const trajectory::CorridorResult& corridor);
 
-}  // namespace balance
+}  // namespace balance::files

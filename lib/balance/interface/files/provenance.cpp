@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace balance {
+namespace balance::files {
 
 namespace {
 
@@ -95,4 +95,4 @@ Provenance describe_state(const Study& study, const StateCommand& command) {
   return description;
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
 
 /// Joins words to a command for a POSIX shell, quoted where necessary.
 std::string join_command(std::vector<std::string> words);
@@ -55,4 +55,4 @@ Provenance make_simulation_provenance(const Study& study, const Trajectory& traj
 
 Provenance describe_state(const Study& study, const StateCommand& command);
 
-}  // namespace balance
+}  // namespace balance::files

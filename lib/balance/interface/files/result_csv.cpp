@@ -9,7 +9,10 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::files {
+
+using results::ColumnKind;
+
 namespace {
 
 constexpr std::size_t flush_bytes = 1 << 20;  // bytes buffered before they are written
@@ -25,7 +28,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const RunResult&
     std::vector<std::string> names;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, labels.size());
-      names.push_back(labels[i] + "." + effort_display_name(quantity.short_name, unit));
+      names.push_back(labels[i] + "." + results::effort_display_name(quantity.short_name, unit));
     }
     return names;
   };
@@ -39,15 +42,15 @@ std::vector<std::string> column_names(const Quantity& quantity, const RunResult&
     case ColumnKind::single: return {quantity.name};
     case ColumnKind::coordinate: return prepend_labels(r.coordinate_names);
     case ColumnKind::actuator: return prepend_labels(r.actuator_names);
-    case ColumnKind::axis: return append_labels(quantity.name, axis_labels(r.axes));
-    case ColumnKind::quaternion: return append_labels(quantity.name, quaternion_labels());
+    case ColumnKind::axis: return append_labels(quantity.name, results::axis_labels(r.axes));
+    case ColumnKind::quaternion: return append_labels(quantity.name, results::quaternion_labels());
     case ColumnKind::constraint: return prepend_labels(r.constraint_names);
     case ColumnKind::sliding: return prepend_labels(r.sliding_names);
     case ColumnKind::joint: return prepend_labels(r.joint_names);
-    case ColumnKind::joint_axis: return append_to_each(prepend_labels(r.joint_names), axis_labels(r.axes));
+    case ColumnKind::joint_axis: return append_to_each(prepend_labels(r.joint_names), results::axis_labels(r.axes));
     case ColumnKind::body: return prepend_labels(r.body_names);
-    case ColumnKind::body_axis: return append_to_each(prepend_labels(r.body_names), axis_labels(r.axes));
-    case ColumnKind::body_quaternion: return append_to_each(prepend_labels(r.body_names), quaternion_labels());
+    case ColumnKind::body_axis: return append_to_each(prepend_labels(r.body_names), results::axis_labels(r.axes));
+    case ColumnKind::body_quaternion: return append_to_each(prepend_labels(r.body_names), results::quaternion_labels());
   }
   return {};
 }
@@ -106,4 +109,4 @@ void write_result_csv(const std::string& path, const RunResult& result, const Wr
   output.commit();
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
 
 /// A run read from a file: its provenance and all of its samples and metrics.
 struct StoredRun {
@@ -93,5 +93,13 @@ void write_result_csv(const std::string& path, const RunResult& result, const Wr
 /// @throws std::invalid_argument if the result is neither, has no samples, or has inconsistent sizes
 void write_result_hdf5(const std::string& path, const RunResult& result, const Provenance& description,
                        const WriteOptions& options = {});
+
+}  // namespace balance::files
+
+namespace balance {
+
+using files::read_result_file;
+using files::write_result_csv;
+using files::write_result_hdf5;
 
 }  // namespace balance

@@ -8,36 +8,36 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::files {
 
 // Payloads taken up or set down during a run, as text, JSON and HDF5.
 
 /// "cargo taken up at 0.2 s: R1 from 3.1 to 7.4 N m, R2 from …", one line each; empty if there are none.
-std::string format_payload_events(const RunResult& result, const SpecUnits& units = {});
+std::string format_payload_events(const RunResult& result, const specification::SpecUnits& units = {});
 
 /// [{payload, change, time, speed, turning, torque: [{actuator, unit, before, after}]}].
 Json payload_events_json(const RunResult& result);
 
 /// Writes the group `payload_changes`, unless it would be empty.
-void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result);
+void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result);
 
 /// Writes attributes of the root with the provenance of the file.
-void write_source_attributes(Hdf5Writer& file, const Provenance& description);
+void write_source_attributes(hdf5::Hdf5Writer& file, const Provenance& description);
 
 /// Writes attributes that describe the run.
-void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& description);
+void write_run_attributes(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group group, const Provenance& description);
 
 /// Writes attributes that describe how a controlled run ended.
-void write_outcome_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const MotionOutcome& outcome);
+void write_outcome_attributes(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group group, const MotionOutcome& outcome);
 
 /// Writes all dimensions and datasets of a result that has samples, including metrics.
 /// @throws Cancelled if options.is_cancelled returns true
-void write_result_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& result,
+void write_result_variables(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group group, const RunResult& result,
                             const WriteOptions& options);
 
 /// Writes the standard deviations of a run's samples under the same names, except for spatial orientations and counts.
 /// @throws Cancelled if options.is_cancelled returns true
-void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& deviation,
+void write_deviation_variables(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group group, const RunResult& deviation,
                                const WriteOptions& options);
 
-}  // namespace balance
+}  // namespace balance::files

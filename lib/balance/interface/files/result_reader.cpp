@@ -21,7 +21,10 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
+
+using hdf5::Hdf5Error;
+using hdf5::Hdf5Reader;
 
 // Reads the law of motion of a run from its result file.
 
@@ -36,8 +39,8 @@ class LawReader {
  public:
   LawReader(const Hdf5Reader& file, const std::string& group) : file_(file), group_(group) {}
 
-  PhasePlane plane() const {
-    PhasePlane plane;
+  trajectory::PhasePlane plane() const {
+    trajectory::PhasePlane plane;
     if (has("time")) {
       plane.time = read_column("time", is_finite);
       plane.path_parameter = read_column("place", is_fraction, plane.time.size());
@@ -53,9 +56,9 @@ class LawReader {
     return plane;
   }
 
-  std::optional<OptimisedLaw> optimised_law() const {
+  std::optional<trajectory::OptimisedLaw> optimised_law() const {
     if (!has("duration")) return std::nullopt;
-    OptimisedLaw law;
+    trajectory::OptimisedLaw law;
     law.duration = read_number("duration");
     if (has("momentum")) law.momentum = read_number("momentum");
     if (has("peak")) {
@@ -96,7 +99,7 @@ class LawReader {
     return dataset.values[0];
   }
 
-  void read_active_limits(OptimisedLaw& law) const {
+  void read_active_limits(trajectory::OptimisedLaw& law) const {
     const auto limits = file_.texts(group_ + "/limit");
     const auto count = static_cast<Eigen::Index>(limits.size());
     const VectorX begin = read_column("begin", is_finite, count), end = read_column("end", is_finite, count);
@@ -219,7 +222,7 @@ class ResultReader {
 
   /// Files of version 0.1.0 have no round-off.
   void read_round_off(const Quantity& quantity, const std::string& path) {
-    VectorX TermMagnitudes::*const magnitude = term_magnitude_of(quantity.member);
+    VectorX results::TermMagnitudes::*const magnitude = results::term_magnitude_of(quantity.member);
     const auto round_off = file_.numbers_attribute(path, "round_off");
     if (magnitude == nullptr || !round_off) return;
     const auto count = static_cast<Eigen::Index>(round_off->size()),
@@ -244,7 +247,7 @@ class ResultReader {
     expect(units.size() == quantities.size(), "metrics/unit");
     for (std::size_t i = 0; i < quantities.size(); ++i)  // version 0.1.0 called a slide's force a torque
       result_.metrics.push_back(
-          {.quantity = units[i] == "N" ? to_force_name(quantities[i]) : quantities[i], .unit = units[i]});
+          {.quantity = units[i] == "N" ? results::to_force_name(quantities[i]) : quantities[i], .unit = units[i]});
     const auto read_figures = [&](const std::string& name, double Metric::*figure) {
       if (quantities.empty()) return;
       const auto figures = file_.numbers(prefix_ + "metrics/" + name, 1);
@@ -404,4 +407,4 @@ StoredRun read_motion_file(const std::string& name) {
   return file;
 }
 
-}  // namespace balance
+}  // namespace balance::files

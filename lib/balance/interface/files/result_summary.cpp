@@ -17,7 +17,9 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
+
+using results::ColumnKind;
 
 // The numbers of a single state (mechanics/dynamics/single_state.hpp), as text and as JSON.
 
@@ -74,7 +76,8 @@ std::vector<StateEntry> list_state_entries(const RunResult& result) {
     for (std::size_t i = 0; i < owners.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, owners.size());
       const std::string owner = owners[i].empty() ? "" : "[" + owners[i] + "]";
-      StateEntry entry{(owner.empty() ? quantity.name : effort_display_name(quantity.name, unit)) + owner, unit, {}};
+      StateEntry entry{
+          (owner.empty() ? quantity.name : results::effort_display_name(quantity.name, unit)) + owner, unit, {}};
       for (Eigen::Index k = 0; k < width; ++k)
         entry.value.push_back(samples(0, static_cast<Eigen::Index>(i) * width + k));
       entries.push_back(std::move(entry));
@@ -176,7 +179,7 @@ std::string format_error_json(const std::string& kind, const MotionOutcome& outc
 
 namespace {
 
-using Change = PayloadEvent;
+using Change = results::PayloadEvent;
 
 /// An effort with five significant digits; 0 if it is within round-off.
 std::string effort_text(const RunResult& result, const VectorX& efforts, std::size_t actuator,
@@ -189,7 +192,7 @@ std::string effort_text(const RunResult& result, const VectorX& efforts, std::si
 
 }  // namespace
 
-std::string format_payload_events(const RunResult& result, const SpecUnits& units) {
+std::string format_payload_events(const RunResult& result, const specification::SpecUnits& units) {
   const DisplayUnit time = find_display_unit("s", units);
   std::string text;
   for (const Change& change : result.payload_events) {
@@ -227,13 +230,13 @@ Json payload_events_json(const RunResult& result) {
   return events;
 }
 
-void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result) {
+void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result) {
   const std::vector<Change>& events = result.payload_events;
   if (events.empty()) return;
-  const Hdf5Writer::Group group = file.add_group(parent, "payload_changes");
+  const hdf5::Hdf5Writer::Group group = file.add_group(parent, "payload_changes");
   std::vector<std::string> labels;
   for (const Change& change : events) labels.push_back(change.payload + " " + describe_payload_event(change));
-  const Hdf5Writer::Dimension change_dimension =
+  const hdf5::Hdf5Writer::Dimension change_dimension =
       file.add_dimension(group, {"change", "payload taken up or set down", "1", {}, {}}, labels);
   const auto add = [&](const char* name, const char* long_name, const char* unit, double Change::*number) {
     std::vector<double> values;
@@ -245,12 +248,13 @@ void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunR
   add("turning", "angular velocity of its body at that time, if it has a moment of inertia", "rad/s",
       &Change::angular_speed);
   if (result.actuator_names.empty()) return;
-  const Hdf5Writer::Dimension actuator =
+  const hdf5::Hdf5Writer::Dimension actuator =
       file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
   const auto add_efforts = [&](const char* name, const char* long_name, VectorX Change::*efforts) {
     std::vector<double> values;
     for (const Change& change : events) values.insert(values.end(), (change.*efforts).begin(), (change.*efforts).end());
-    file.add_variable(group, {name, long_name, common_unit(result.actuator_units), {change_dimension, actuator}, {}},
+    file.add_variable(group,
+                      {name, long_name, results::common_unit(result.actuator_units), {change_dimension, actuator}, {}},
                       values);
   };
   add_efforts("torque_before", "torque or force of the actuator just before", &Change::effort_before);
@@ -262,7 +266,7 @@ namespace {
 /// Whether a row of the metrics says nothing: zeros of a single joint, actuator or constraint. Efforts and powers of
 /// the actuators, and zeros of the whole mechanism, are answers.
 bool is_trivial(const Metric& metric) {
-  const std::string effort = effort_array_name(metric.quantity);
+  const std::string effort = results::effort_array_name(metric.quantity);
   const bool is_answer = effort.starts_with("torque") || effort.starts_with("power");
   const bool is_member = metric.quantity.find('[') != std::string::npos;
   const double largest = std::max({std::abs(metric.peak), std::abs(metric.rms), std::abs(metric.mean)});
@@ -306,4 +310,4 @@ std::string format_result_summary(const RunResult& result, const Provenance& des
                      energy.name);
 }
 
-}  // namespace balance
+}  // namespace balance::files

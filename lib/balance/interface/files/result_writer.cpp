@@ -15,7 +15,11 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
+
+using hdf5::Hdf5Writer;
+using results::ColumnKind;
+using trajectory::ActiveLimitInterval;
 
 // Writes the law of motion of a run to its result file.
 
@@ -30,7 +34,7 @@ std::span<const double> law_column(const VectorX& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
 }
 
-void add_plane(Hdf5Writer& file, Hdf5Writer::Group group, const PhasePlane& plane) {
+void add_plane(Hdf5Writer& file, Hdf5Writer::Group group, const trajectory::PhasePlane& plane) {
   if (plane.time.size() > 0) {
     const Dimension time = file.add_dimension(group, {"time", "time", "s", {}, {}}, law_column(plane.time));
     file.add_variable(group, {"place", "fraction of the path covered", "1", {time}, {}},
@@ -61,7 +65,7 @@ void add_active_limits(Hdf5Writer& file, Hdf5Writer::Group group, const std::vec
   add("to", "place at which it leaves its limit", "1", &ActiveLimitInterval::path_end);
 }
 
-void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& law) {
+void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const trajectory::OptimisedLaw& law) {
   const auto add = [&](const char* name, const char* long_name, const std::string& unit, const double& value) {
     file.add_variable(group, {name, long_name, unit, {}, {}}, std::span(&value, 1));
   };
@@ -108,9 +112,9 @@ Dimensions add_dimensions(Hdf5Writer& file, Hdf5Writer::Group group, const RunRe
   d.coordinate = add_labels(file, group, "coordinate", "joint coordinate", r.coordinate_names);
   d.joint = add_labels(file, group, "joint", "joint", r.joint_names);
   d.actuator = add_labels(file, group, "actuator", "actuated joint coordinate", r.actuator_names);
-  d.axis = add_labels(file, group, "axis", "axis of the world", axis_labels(r.axes));
+  d.axis = add_labels(file, group, "axis", "axis of the world", results::axis_labels(r.axes));
   if (r.axes == 3 && (r.tool_orientation.cols() > 0 || r.body_orientation.cols() > 0)) {
-    d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", quaternion_labels());
+    d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", results::quaternion_labels());
   }
   d.constraint = add_labels(file, group, "constraint", "constraint on speeds", r.constraint_names);
   if (!r.sliding_names.empty())
@@ -144,7 +148,7 @@ std::span<const double> values_of(const Samples& samples) {
 /// Writes the unit of each label, if they differ.
 void add_units(Hdf5Writer& file, Hdf5Writer::Group group, const std::string& name, const std::string& long_name,
                Dimension dimension, const std::vector<std::string>& units) {
-  if (common_unit(units) != "mixed") return;
+  if (results::common_unit(units) != "mixed") return;
   file.add_variable(group, {name, long_name, "1", {dimension}, {}}, units);
 }
 
@@ -152,7 +156,7 @@ void add_units(Hdf5Writer& file, Hdf5Writer::Group group, const std::string& nam
 void add_effort_names(Hdf5Writer& file, Hdf5Writer::Group group, Dimension dimension, const RunResult& r) {
   std::vector<std::string> names;
   for (std::size_t a = 0; a < r.actuator_names.size(); ++a)
-    names.push_back(effort_display_name("torque", r.actuator_units[a]) + "[" + r.actuator_names[a] + "]");
+    names.push_back(results::effort_display_name("torque", r.actuator_units[a]) + "[" + r.actuator_names[a] + "]");
   if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("force"); }))
     file.add_variable(group, {"effort", "name of the actuator's torque or force", "1", {dimension}, {}}, names);
 }
@@ -179,7 +183,7 @@ Dimensions add_columns(Hdf5Writer& file, Hdf5Writer::Group group, const RunResul
 
 /// One number, or one per label if they differ in kind; empty if unknown.
 std::vector<double> round_off_per_label(const RunResult& r, const Quantity& quantity) {
-  VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
+  VectorX results::TermMagnitudes::*const size = results::term_magnitude_of(quantity.member);
   if (size == nullptr) return {};
   const VectorX& magnitudes = r.round_off.*size;
   return {magnitudes.data(), magnitudes.data() + magnitudes.size()};
@@ -190,8 +194,11 @@ void add_samples(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r, 
   const std::vector<double> moment_reference(r.moment_reference.data(), r.moment_reference.data() + r.axes);
   for (const Quantity& quantity : list_sampled_quantities(r)) {
     throw_if_cancelled(options);
-    Hdf5Writer::Variable variable{
-        quantity.name, quantity.long_name, common_unit(quantity.units), dimensions_of(quantity.columns, d), {}};
+    Hdf5Writer::Variable variable{quantity.name,
+                                  quantity.long_name,
+                                  results::common_unit(quantity.units),
+                                  dimensions_of(quantity.columns, d),
+                                  {}};
     if (quantity.has_moment_reference) variable.attributes.push_back({"about", moment_reference});
     if (const auto round_off = round_off_per_label(r, quantity); !round_off.empty())
       variable.attributes.push_back({"round_off", round_off});
@@ -219,7 +226,7 @@ void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r)
     for (const Metric& metric : r.metrics) values.push_back(metric.*figure);
     file.add_variable(group, {name, long_name, unit, {quantity}, {}}, values);
   };
-  const std::string unit = common_unit(units);
+  const std::string unit = results::common_unit(units);
   add("peak", "largest magnitude", unit, &Metric::peak);
   add("peak_time", "time of the largest magnitude", "s", &Metric::peak_time);
   add("rms", "root of the time average of the squared magnitude", unit, &Metric::rms);
@@ -231,17 +238,17 @@ void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r)
 }  // namespace
 
 void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
-  file.set_attribute(root_group, "title", d.title);
-  file.set_attribute(root_group, "Conventions", "balance-1");
-  file.set_attribute(root_group, "balance_version", d.version);
-  file.set_attribute(root_group, "spec", d.spec_text);
-  file.set_attribute(root_group, "spec_sha256", sha256(d.spec_text));
-  file.set_attribute(root_group, "command_line", d.command_line);
+  file.set_attribute(hdf5::root_group, "title", d.title);
+  file.set_attribute(hdf5::root_group, "Conventions", "balance-1");
+  file.set_attribute(hdf5::root_group, "balance_version", d.version);
+  file.set_attribute(hdf5::root_group, "spec", d.spec_text);
+  file.set_attribute(hdf5::root_group, "spec_sha256", sha256(d.spec_text));
+  file.set_attribute(hdf5::root_group, "command_line", d.command_line);
   if (d.overrides.empty()) return;
   std::vector<std::string> names, values;
   for (const auto& [name, value] : d.overrides) names.push_back(name), values.push_back(value);
-  file.set_attribute(root_group, "override_names", names);
-  file.set_attribute(root_group, "override_values", values);
+  file.set_attribute(hdf5::root_group, "override_names", names);
+  file.set_attribute(hdf5::root_group, "override_values", values);
 }
 
 void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& d) {
@@ -280,7 +287,7 @@ void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const 
     file.add_variable(group,
                       {quantity.name,
                        "standard deviation of the " + quantity.long_name,
-                       common_unit(quantity.units),
+                       results::common_unit(quantity.units),
                        dimensions_of(quantity.columns, dimensions),
                        {}},
                       values_of(*quantity.samples));
@@ -307,4 +314,4 @@ void write_result_hdf5(const std::string& path, const RunResult& result, const P
   output.commit(options.durability);
 }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <memory>
 
-namespace balance {
+namespace balance::files {
 
 namespace {
 
@@ -55,4 +55,4 @@ std::string sha256_of_file(const std::string& path) {
   return file.eof() ? digest.digits() : "";
 }
 
-}  // namespace balance
+}  // namespace balance::files

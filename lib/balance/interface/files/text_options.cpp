@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace balance {
+namespace balance::files {
 namespace {
 
-bool has_newtons(const SpecUnits& units) { return units.force_name.ends_with('N'); }
+bool has_newtons(const specification::SpecUnits& units) { return units.force_name.ends_with('N'); }
 
 /// A factor of a unit without its power.
-DisplayUnit replace_word(const std::string& word, const SpecUnits& units) {
+DisplayUnit replace_word(const std::string& word, const specification::SpecUnits& units) {
   if (word == "m") return {units.length_name, units.length};
   if (word == "kg") return {units.mass_name, units.mass};
   if (word == "s") return {units.time_name, units.time};
@@ -29,17 +29,17 @@ DisplayUnit replace_word(const std::string& word, const SpecUnits& units) {
 
 TextOptions make_text_options(const std::string& spec_text) {
   TextOptions text;
-  text.units = read_display_units(spec_text);
+  text.units = specification::read_display_units(spec_text);
   return text;
 }
 
 TextOptions make_design_text_options(const Study& study) {
   TextOptions text = make_text_options(study.spec_text);
-  text.number_units = list_number_units(study);
+  text.number_units = specification::list_number_units(study);
   return text;
 }
 
-DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units) {
+DisplayUnit find_display_unit(const std::string& si_unit, const specification::SpecUnits& units) {
   DisplayUnit unit{"", 1};
   if (si_unit == "1") return unit;
   bool is_divisor = false;
@@ -64,7 +64,7 @@ DisplayUnit find_number_unit(const std::string& path, const TextOptions& options
   return found == options.number_units->end() ? DisplayUnit{} : find_display_unit(found->second, options.units);
 }
 
-bool has_other_units(const SpecUnits& units) {
+bool has_other_units(const specification::SpecUnits& units) {
   for (const double factor : {units.length, units.angle, units.mass, units.time, units.force})
     if (factor != 1) return true;
   return false;
@@ -76,4 +76,4 @@ std::string unit_cell(const DisplayUnit& unit) { return unit.name.empty() ? "1" 
 
 std::string append_unit(const DisplayUnit& unit) { return unit.name.empty() ? "" : " " + unit.name; }
 
-}  // namespace balance
+}  // namespace balance::files

@@ -8,21 +8,21 @@
 #include <optional>
 #include <string>
 
-namespace balance {
+namespace balance::files {
 
 /// Text and tables of one spec. Files for programs (JSON, HDF5, CSV) are always SI.
 struct TextOptions {
-  SpecUnits units;                               ///< SI unless those of the spec are wanted
-  std::size_t width = default_text_width;        ///< columns that no line exceeds, unless a word is longer
-  std::optional<NumberUnits> number_units = {};  ///< of the spec's numbers; none: tables of these are SI
-  bool verbose = false;                          ///< also lines that say that there is nothing
+  specification::SpecUnits units;          ///< SI unless those of the spec are wanted
+  std::size_t width = default_text_width;  ///< columns that no line exceeds, unless a word is longer
+  std::optional<specification::NumberUnits> number_units = {};  ///< of the spec's numbers; none: tables of these are SI
+  bool verbose = false;                                         ///< also lines that say that there is nothing
 };
 
 /// In the units of the spec.
 TextOptions make_text_options(const std::string& spec_text);
 
 /// In the units of the spec, numbers in tables, too. Reads the study's text again.
-TextOptions make_design_text_options(const Study& study);
+TextOptions make_design_text_options(const study::Study& study);
 
 /// The unit in which a quantity is displayed.
 struct DisplayUnit {
@@ -37,14 +37,14 @@ struct DisplayUnit {
 /// the preferred unit of its dimension: "lbf in", "deg/s", "g mm^2". J and W remain where forces are in newtons (N, mN,
 /// kN) and become force · length, per time, elsewhere. Other words remain.
 /// @param si_unit of a quantity, as in results; "1" and "" are the same
-DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units);
+DisplayUnit find_display_unit(const std::string& si_unit, const specification::SpecUnits& units);
 
 /// The unit in which a number of the spec is displayed; none for parameters, which are as written.
 /// @param path of the number in the spec
 DisplayUnit find_number_unit(const std::string& path, const TextOptions& options);
 
 /// Whether a unit differs from SI.
-bool has_other_units(const SpecUnits& units);
+bool has_other_units(const specification::SpecUnits& units);
 
 /// " [mm]" for a heading or a label; "" for a number without unit.
 std::string bracket_unit(const DisplayUnit& unit);
@@ -55,4 +55,4 @@ std::string unit_cell(const DisplayUnit& unit);
 /// " mm" after a number; "" for a number without unit.
 std::string append_unit(const DisplayUnit& unit);
 
-}  // namespace balance
+}  // namespace balance::files

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-namespace balance {
+namespace balance::files {
 namespace {
 
 std::string to_single_line(std::string text) {
@@ -386,4 +386,4 @@ std::string format_table(const TextTable& raw_table, std::size_t width) {
 
 std::string format_number(double value) { return fmt::format("{:#.6g}", value); }
 
-}  // namespace balance
+}  // namespace balance::files

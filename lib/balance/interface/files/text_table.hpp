@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::files {
 
 enum class Align { left, right };
 
@@ -57,4 +57,4 @@ std::string format_markdown_table(const TextTable& table, const std::vector<std:
 /// foundation/base/unicode_text.hpp.
 std::string escape_csv_field(const std::string& text);
 
-}  // namespace balance
+}  // namespace balance::files

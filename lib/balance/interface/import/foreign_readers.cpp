@@ -11,9 +11,8 @@
 #include <filesystem>
 #include <set>
 
-namespace balance {
+namespace balance::foreign {
 
-namespace foreign {
 namespace {
 
 namespace fs = std::filesystem;
@@ -95,7 +94,7 @@ class ReferencedFileCollector {
     std::error_code error;
     if (!fs::is_regular_file(file, error)) return;
     try {
-      read(read_text_file(file, "included"), fs::path(file).parent_path());
+      read(specification::read_text_file(file, "included"), fs::path(file).parent_path());
     } catch (const SystemError&) {
       // the reader of the file reports it
     }
@@ -106,17 +105,12 @@ class ReferencedFileCollector {
 };
 
 }  // namespace
-}  // namespace foreign
 
 std::vector<std::string> list_referenced_robot_files(const std::string& text, const std::string& file) {
-  foreign::ReferencedFileCollector collector;
+  ReferencedFileCollector collector;
   collector.read(text, std::filesystem::path(file).parent_path());
   return collector.list_files();
 }
-
-}  // namespace balance
-
-namespace balance::foreign {
 
 namespace {
 

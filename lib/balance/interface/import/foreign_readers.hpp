@@ -8,16 +8,12 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::foreign {
 
 /// Files that a foreign file references (includes, meshes, textures), and those that its includes reference, in every
 /// folder where they may be looked for: not all of these paths exist. Empty if the text cannot be parsed.
 /// @param file path of the foreign file; its folder is the first to look in
 std::vector<std::string> list_referenced_robot_files(const std::string& text, const std::string& file);
-
-}  // namespace balance
-
-namespace balance::foreign {
 
 // Models of Project Chrono in YAML.
 

@@ -13,11 +13,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::foreign {
 
 namespace {
-
-using namespace foreign;
 
 /// Values of coordinates without motors, and of those with motors that are not at zero.
 std::vector<AssemblyValue> list_initial_values(const Mechanism& mechanism, const std::vector<double>& start) {
@@ -81,7 +79,8 @@ bool ImportResult::has_warnings() const {
 ImportResult import_text(const std::string& text, const std::string& file, const ImportOptions& options) {
   ForeignModel robot = read_foreign_model(text, file);
   if (!options.loops.empty())
-    read_gepetto_loops(read_text_file(options.loops, "closures"), display_name(options.loops), robot);
+    read_gepetto_loops(specification::read_text_file(options.loops, "closures"),
+                       specification::display_name(options.loops), robot);
   simplify_model(robot, options);
 
   ImportResult imported;
@@ -97,7 +96,7 @@ ImportResult import_text(const std::string& text, const std::string& file, const
 }
 
 ImportResult import_file(const std::string& path, const ImportOptions& options) {
-  return import_text(read_text_file(path, "mechanism"), display_name(path), options);
+  return import_text(specification::read_text_file(path, "mechanism"), specification::display_name(path), options);
 }
 
-}  // namespace balance
+}  // namespace balance::foreign

@@ -27,10 +27,6 @@ struct Finding {
   std::string text() const;
 };
 
-}  // namespace balance::foreign
-
-namespace balance {
-
 struct ImportOptions {
   std::string loops;                 ///< file with loop closures; empty: none
   bool fixed_base = false;           ///< fix floating bodies to the ground
@@ -40,7 +36,7 @@ struct ImportOptions {
 struct ImportResult {
   std::string format;                                        ///< "URDF", "MJCF", "MBSE", "Chrono"
   std::string spec;                                          ///< text of the spec
-  std::vector<foreign::Finding> findings;                    ///< in the order of the file
+  std::vector<Finding> findings;                             ///< in the order of the file
   std::map<std::string, int> ignored;                        ///< number of elements left out, by kind
   std::vector<std::pair<std::string, std::string>> renamed;  ///< `joint 'a b'` and its name in the spec
 
@@ -62,4 +58,4 @@ ImportResult import_text(const std::string& text, const std::string& file, const
 /// @throws SystemError if the file cannot be read; SpecError as above
 ImportResult import_file(const std::string& path, const ImportOptions& options);
 
-}  // namespace balance
+}  // namespace balance::foreign

@@ -79,13 +79,7 @@ class MassPropertyWriter {
 std::unique_ptr<MassPropertyWriter> make_urdf_mass_writer(const XmlDocument& document);
 std::unique_ptr<MassPropertyWriter> make_mjcf_mass_writer(const XmlDocument& document);
 
-}  // namespace balance::foreign
-
-namespace balance {
-
 namespace {
-
-using namespace foreign;
 
 /// Mass, first moment and inertia about a frame's origin, which are additive.
 struct MassMoments {
@@ -114,7 +108,8 @@ class MassExporter {
     writer_ = open_mass_writer(*document_);
     source_model_ = writer_->read();
     if (!options.loops.empty())
-      read_gepetto_loops(read_text_file(options.loops, "closures"), display_name(options.loops), source_model_);
+      read_gepetto_loops(specification::read_text_file(options.loops, "closures"),
+                         specification::display_name(options.loops), source_model_);
     simplified_model_ = source_model_;
     simplify_model(simplified_model_, options);
     names_ = spec_names(simplified_model_);
@@ -244,10 +239,6 @@ std::string format_balancing_elements_csv(const Mechanism& mechanism) {
   for (const Disc& one : mechanism.discs) add(one.name, "disc", one.body, one.position, one.mass, one.inertia);
   return text;
 }
-
-}  // namespace balance
-
-namespace balance::foreign {
 
 namespace {
 

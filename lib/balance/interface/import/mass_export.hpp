@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::foreign {
 
 struct MassExport {
   std::string text;                  ///< the file with the new numbers
@@ -27,4 +27,4 @@ MassExport export_masses(const Study& study, const std::string& text, const std:
 /// mass [kg], inertia [kg m²].
 std::string format_balancing_elements_csv(const Mechanism& mechanism);
 
-}  // namespace balance
+}  // namespace balance::foreign

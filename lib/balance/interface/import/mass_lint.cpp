@@ -219,7 +219,7 @@ class MassLinter {
     const double offset_moment = body.mass * offset * offset, central_moment = principal_moments(central_inertia)[2];
     if (central_moment > offset_moment / 2) return;  // the body may extend to both sides of its joint
     const Vector3 diagonal = body.inertia.diagonal();
-    const Eigen::Index largest = max_index(diagonal);
+    const Eigen::Index largest = numerics::max_index(diagonal);
     static const char* const names[] = {"I_xx", "I_yy", "I_zz"};
     add_finding(
         b, Severity::warning, "about-joint",

@@ -88,12 +88,13 @@ class MbseReader {
     try {
       expressions_size_ += text.size();
       if (expressions_size_ > specification::max_expressions_length)
-        throw ExpressionError(
+        throw expression::ExpressionError(
             fmt::format("all expressions have more than {} characters", specification::max_expressions_length));
-      const double value = parse_expression(text, [&](const std::string& name) { return value_of(name); }).value();
+      const double value =
+          expression::parse_expression(text, [&](const std::string& name) { return value_of(name); }).value();
       if (std::isfinite(value)) return value;
-      throw ExpressionError("it is not finite");
-    } catch (const ExpressionError& error) {
+      throw expression::ExpressionError("it is not finite");
+    } catch (const expression::ExpressionError& error) {
       at.fail({.expected = "a number or an expression",
                .found = fmt::format("{}: {}", quote_for_message(at.node().text), error.what())});
     }
@@ -101,7 +102,7 @@ class MbseReader {
 
   Expression value_of(const std::string& name) const {
     const auto entry = values_.find(name);
-    if (entry == values_.end()) throw ExpressionError("there is no parameter " + quote_for_message(name));
+    if (entry == values_.end()) throw expression::ExpressionError("there is no parameter " + quote_for_message(name));
     return entry->second;
   }
 

@@ -144,7 +144,7 @@ void MjcfGeomInertia::add(const XmlElement& geom, const Pose& frame, Sum& sum) c
     required_sizes = 1;
   }
   const auto size_count = static_cast<Eigen::Index>(count_sizes(type));
-  if (size.size() < required_sizes || !(min_coefficient(s.head(size_count)) > 0))
+  if (size.size() < required_sizes || !(numerics::min_coefficient(s.head(size_count)) > 0))
     return reader_.report(geom, "size", fmt::format("expected {} positive numbers for a {}", required_sizes, type));
   const Solid solid = solid_of(type, s);
   const double scale = is_mass_given ? given_mass / solid.volume : density, mass = scale * solid.volume;
@@ -199,7 +199,7 @@ class IncludeExpander {
     std::error_code error;
     if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
       fail(include, "expected a regular file");  // reading a pipe or a device never ends
-    documents_.push_back(parse_xml(read_text_file(file, "included"), file));
+    documents_.push_back(parse_xml(specification::read_text_file(file, "included"), file));
     bytes_ += documents_.back()->text.size();
     if (bytes_ > XmlLimits{}.bytes)
       fail(include, fmt::format("expected included files of at most {} MiB, found more", XmlLimits{}.bytes >> 20));

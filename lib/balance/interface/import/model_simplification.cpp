@@ -394,7 +394,7 @@ void merge(ForeignModel& robot, int from, int to, const Pose& pose) {
   target.has_inertial = target.has_inertial || source.has_inertial;
   target.has_geometry = target.has_geometry || source.has_geometry;
   target.body.points.push_back({source.body.name, pose.p});
-  for (const NamedPoint& point : source.body.points)
+  for (const model::NamedPoint& point : source.body.points)
     target.body.points.push_back({point.name, pose.p + pose.R * point.position});
   source.body.points.clear();
   source.is_active = false;

@@ -98,7 +98,7 @@ class PointNames {
                                       add(spring.second, spring.name, spring.point_second));
     for (std::size_t b = 0; b < robot_.bodies.size(); ++b)
       if (robot_.bodies[b].is_active)
-        for (const NamedPoint& frame : robot_.bodies[b].body.points)
+        for (const model::NamedPoint& frame : robot_.bodies[b].body.points)
           names_.points[b].push_back({allocators_[b].allocate(frame.name), frame.position});
   }
 
@@ -342,7 +342,8 @@ class SpecWriter : private SpecWriterPage {
   void write_points(int indent, std::size_t body) {
     if (names.points[body].empty()) return;
     line(indent, "points:");
-    for (const NamedPoint& point : names.points[body]) line(indent + 2, point.name + ": " + vector(point.position));
+    for (const model::NamedPoint& point : names.points[body])
+      line(indent + 2, point.name + ": " + vector(point.position));
   }
 
   void write_bodies() {

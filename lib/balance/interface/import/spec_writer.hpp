@@ -12,7 +12,7 @@ namespace balance::foreign {
 /// Names of a robot's bodies, joints and points in its spec.
 struct GeneratedNames {
   std::vector<std::string> bodies, joints;                ///< by index in the robot
-  std::vector<std::vector<NamedPoint>> points;            ///< of every body: ends of joints and springs, then frames
+  std::vector<std::vector<model::NamedPoint>> points;     ///< of every body: ends of joints and springs, then frames
   std::vector<std::pair<std::string, std::string>> ends;  ///< `body.point` of both ends of every joint
   std::vector<std::pair<std::string, std::string>> spring_ends;  ///< the same for springs
   std::vector<std::pair<std::string, std::string>> renamed;      ///< `joint 'a b'` and its new name

@@ -214,7 +214,7 @@ class UrdfReader {
     joint.joint.axis = joint.joint.rotation * axis / length;
     if (joint.joint.type != JointType::planar) return;
     // the same directions of x and y as the spec's default, but in the parent's axes
-    const Vector3 u = joint.joint.axis, reference = Vector3::Unit(min_index(joint.joint.axis.cwiseAbs()));
+    const Vector3 u = joint.joint.axis, reference = Vector3::Unit(numerics::min_index(joint.joint.axis.cwiseAbs()));
     joint.joint.axis2 = (reference - u.dot(reference) * u).normalized();
   }
 
@@ -288,7 +288,7 @@ class UrdfReader {
     const auto root_position = robot_.bodies.begin() + root;
     std::rotate(robot_.bodies.begin(), root_position, root_position + 1);
     const auto shift_index = [root](BodyId& body) {
-      body = body == root ? ground : body < root ? BodyId(body + 1) : body;
+      body = body == root ? model::ground : body < root ? BodyId(body + 1) : body;
     };
     for (ForeignJoint& joint : robot_.joints) {
       shift_index(joint.joint.first);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct BalanceRequest {
   std::vector<Goal> goals;            ///< at least one for conditions
@@ -33,4 +33,4 @@ DeriveConditions make_perturbed_deriver(const DeriveConditions& derive, bool mod
                                         const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
                                         const Conditions& conditions);
 
-}  // namespace balance
+}  // namespace balance::reports

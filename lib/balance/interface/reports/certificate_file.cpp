@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 using namespace certificate;
@@ -25,7 +25,7 @@ class CertificateFormatter {
  public:
   explicit CertificateFormatter(const DesignReport& report) : report_(report), bound_(*report.length_bound) {}
 
-  std::string format(const std::string& objective, const Provenance& description) const {
+  std::string format(const std::string& objective, const files::Provenance& description) const {
     const Json head = {{"format", "balance-certificate"},
                        {"version", format_version},
                        {"program", description.version},
@@ -156,8 +156,8 @@ class CertificateFormatter {
 }  // namespace
 
 std::string format_certificate(const DesignReport& report, const std::string& objective,
-                               const Provenance& description) {
+                               const files::Provenance& description) {
   return CertificateFormatter(report).format(objective, description);
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -7,10 +7,11 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::reports {
 
 /// @param report of a design whose bound has a proof
 /// @param objective its text: "added mass"
-std::string format_certificate(const DesignReport& report, const std::string& objective, const Provenance& description);
+std::string format_certificate(const DesignReport& report, const std::string& objective,
+                               const files::Provenance& description);
 
-}  // namespace balance
+}  // namespace balance::reports

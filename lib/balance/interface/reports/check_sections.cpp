@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
-Json loop_json(const Loop& loop) {
+Json loop_json(const verification::Loop& loop) {
   return {{"cut_joint", loop.cut_joint}, {"bodies", loop.bodies}, {"closure_equations", loop.constraints}};
 }
 
@@ -21,7 +21,7 @@ Json coordinates_json(const std::vector<double>& values, const Mechanism& mechan
   return json;
 }
 
-Json mode_json(const AssemblyMode& mode, const Mechanism& mechanism) {
+Json mode_json(const verification::AssemblyMode& mode, const Mechanism& mechanism) {
   return {{"coordinates", coordinates_json(mode.coordinates, mechanism)},
           {"assembly", mode.assembly_line},
           {"selected", mode.is_selected}};
@@ -30,15 +30,15 @@ Json mode_json(const AssemblyMode& mode, const Mechanism& mechanism) {
 }  // namespace
 
 std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const VerifyReport* verification) {
+                       const verification::VerifyReport* verification) {
   const bool planar = mechanism.space == SpaceKind::planar;
   Json json = {{"mechanism", mechanism.name}, {"space", planar ? "planar" : "spatial"}};
-  json["outcome"] = outcome_json(report.outcome);
+  json["outcome"] = files::outcome_json(report.outcome);
   json["bodies"] = report.bodies;
   json["joints"] = report.joints;
   json["tree_joints"] = report.tree_joints;
   json["loops"] = Json::array();
-  for (const Loop& loop : report.loops) json["loops"].push_back(loop_json(loop));
+  for (const verification::Loop& loop : report.loops) json["loops"].push_back(loop_json(loop));
   json["tree_coordinates"] = report.tree_coordinates;
   json["closure_equations"] = report.closure_equations;
   json["closure_rank"] = report.closure_rank;
@@ -51,14 +51,14 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["passive_freedoms"] = report.passive_freedoms;
   json["size"] = characteristic_length(mechanism);
   json["total_mass"] = report.total_mass;
-  json["com"] = vector_json(report.com, planar ? 2 : 3);
+  json["com"] = files::vector_json(report.com, planar ? 2 : 3);
   json["start"] = coordinates_json(report.start, mechanism);
   json["modes"] = Json::array();
-  for (const AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
+  for (const verification::AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verification != nullptr) json["verification"] = verify_json(*verification);
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
@@ -69,7 +69,7 @@ constexpr std::size_t label_width = 20;
 std::string format_property(const std::string& label, const std::string& value, std::size_t width) {
   const std::string begin = fmt::format("{:<{}} ", label, label_width - 1);
   std::string text;
-  for (const std::string& line : wrap_cell(value, width > begin.size() + 20 ? width - begin.size() : width))
+  for (const std::string& line : files::wrap_cell(value, width > begin.size() + 20 ? width - begin.size() : width))
     text += (text.empty() ? begin : std::string(label_width, ' ')) + line + "\n";
   return text;
 }
@@ -88,11 +88,12 @@ std::string wrap_list(const std::string& label, const std::vector<std::string>& 
   return text + format_property(text.empty() ? label : "", current, width);
 }
 
-std::string none_text(const std::string& label, const TextOptions& options) {
+std::string none_text(const std::string& label, const files::TextOptions& options) {
   return options.verbose ? format_property(label, "none", options.width) : "";
 }
 
-std::string list_or_none(const std::string& label, const std::vector<std::string>& items, const TextOptions& options) {
+std::string list_or_none(const std::string& label, const std::vector<std::string>& items,
+                         const files::TextOptions& options) {
   if (items.empty()) return none_text(label, options);
   std::string text;
   for (const std::string& item : items)
@@ -100,10 +101,10 @@ std::string list_or_none(const std::string& label, const std::vector<std::string
   return text;
 }
 
-std::string loops_text(const CheckReport& report, const TextOptions& options) {
+std::string loops_text(const CheckReport& report, const files::TextOptions& options) {
   if (report.loops.empty()) return none_text("loops", options);
   std::string text = format_property("loops", std::to_string(report.loops.size()), options.width);
-  for (const Loop& loop : report.loops) {
+  for (const verification::Loop& loop : report.loops) {
     text += format_property(
         "  cut at " + loop.cut_joint,
         fmt::format("{}; {}", fmt::join(loop.bodies, " - "), count_noun(loop.constraints, "equation", "equations")),
@@ -134,12 +135,13 @@ std::string freedom_text(const CheckReport& report, std::size_t width) {
                          width);
 }
 
-std::string start_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options) {
+std::string start_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options) {
   if (report.start.size() != mechanism.coordinates.size() || report.start.empty()) return "";
   std::vector<std::string> values;
   for (std::size_t i = 0; i < report.start.size(); ++i) {
     const Coordinate& coordinate = mechanism.coordinates[i];
-    const DisplayUnit unit = find_display_unit(coordinate.kind == CoordinateKind::angle ? "rad" : "m", options.units);
+    const files::DisplayUnit unit =
+        files::find_display_unit(coordinate.kind == CoordinateKind::angle ? "rad" : "m", options.units);
     values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, unit.convert(report.start[i]), unit.name));
   }
   return wrap_list("start pose", values, options.width);
@@ -176,7 +178,7 @@ std::string modes_text(const CheckReport& report, std::size_t width) {
   if (report.modes.empty()) return "";
   std::string text =
       format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()), width);
-  for (const AssemblyMode& mode : report.modes) {
+  for (const verification::AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
     text += wrap_flow_mapping(mode.is_selected ? "  * " : "    ", mode.assembly_line,
                               mode.is_selected ? "selected by the spec" : "", width);
@@ -186,9 +188,10 @@ std::string modes_text(const CheckReport& report, std::size_t width) {
 
 }  // namespace
 
-std::string check_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options) {
+std::string check_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options) {
   const std::size_t width = options.width;
-  const DisplayUnit length = find_display_unit("m", options.units), mass = find_display_unit("kg", options.units);
+  const files::DisplayUnit length = files::find_display_unit("m", options.units),
+                           mass = files::find_display_unit("kg", options.units);
   std::string text =
       fmt::format("{} ({})\n\n", mechanism.name, mechanism.space == SpaceKind::planar ? "planar" : "spatial");
   text += format_property("bodies", fmt::format("{} moving", report.bodies), width);
@@ -210,13 +213,13 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism, co
     text += start_text(report, mechanism, options);
     text += modes_text(report, width);
   }
-  for (const std::string& note : report.notes) text += wrap_lines("note: " + note + "\n", width);
+  for (const std::string& note : report.notes) text += files::wrap_lines("note: " + note + "\n", width);
   return text;
 }
 
 namespace {
 
-std::string trajectory_text(const TrajectoryVerification& run, const TextOptions& options) {
+std::string trajectory_text(const verification::TrajectoryVerification& run, const files::TextOptions& options) {
   const auto describe_outcome = [](const MotionOutcome& outcome) {
     return outcome.status == MotionStatus::done ? std::string("runs to the end") : outcome.reason;
   };
@@ -225,25 +228,26 @@ std::string trajectory_text(const TrajectoryVerification& run, const TextOptions
         "trajectory {}: {}\n  tree:    {}\n  natural: {}\n", run.trajectory,
         run.is_consistent ? "both formulations reject it" : "one formulation rejects what the other runs",
         describe_outcome(run.tree), describe_outcome(run.natural));
-  const DisplayUnit time = find_display_unit("s", options.units);
-  TextTable table;
+  const files::DisplayUnit time = files::find_display_unit("s", options.units);
+  files::TextTable table;
   table.key_columns = 2;
   table.heading = {"quantity", "unit", "largest difference", "at time" + bracket_unit(time), "relative"};
-  table.align = {Align::left, Align::left, Align::right, Align::right, Align::right};
-  for (const QuantityDifference& d : run.differences) {
-    const DisplayUnit unit = find_display_unit(d.unit, options.units);
+  table.align = {files::Align::left, files::Align::left, files::Align::right, files::Align::right, files::Align::right};
+  for (const verification::QuantityDifference& d : run.differences) {
+    const files::DisplayUnit unit = files::find_display_unit(d.unit, options.units);
     table.rows.push_back({d.quantity, unit_cell(unit), fmt::format("{:.2e}", unit.convert(d.difference)),
-                          format_number(time.convert(d.time)),
+                          files::format_number(time.convert(d.time)),
                           fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
   }
-  const std::string tolerance_note =
-      run.tolerance > verify_tolerance ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance) : std::string();
+  const std::string tolerance_note = run.tolerance > verification::verify_tolerance
+                                         ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance)
+                                         : std::string();
   return fmt::format("trajectory {}, {} samples: {}{}\n", run.trajectory, run.samples,
                      run.is_consistent ? "agree" : "DISAGREE", tolerance_note) +
          format_table(table, options.width);
 }
 
-std::string conditions_text(const ConditionsVerification& verification) {
+std::string conditions_text(const verification::ConditionsVerification& verification) {
   if (!verification.reason.empty()) return "force conditions: not compared: " + verification.reason + "\n";
   return fmt::format("force conditions: {} by sampling, {} from the coefficient matrices; {} ({:.1e} apart)\n",
                      verification.sampled, verification.coefficients,
@@ -253,19 +257,21 @@ std::string conditions_text(const ConditionsVerification& verification) {
 
 }  // namespace
 
-std::string verify_text(const VerifyReport& report, const TextOptions& options) {
+std::string verify_text(const verification::VerifyReport& report, const files::TextOptions& options) {
   std::string text;
-  for (const TrajectoryVerification& run : report.trajectories) text += trajectory_text(run, options) + "\n";
+  for (const verification::TrajectoryVerification& run : report.trajectories)
+    text += trajectory_text(run, options) + "\n";
   text += conditions_text(report.conditions);
   text += report.is_consistent ? "both formulations agree\n" : "the formulations differ by more than round-off\n";
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
-Json verify_json(const VerifyReport& report) {
-  Json json = {{"agree", report.is_consistent}, {"tolerance", verify_tolerance}, {"trajectories", Json::array()}};
-  for (const TrajectoryVerification& run : report.trajectories) {
+Json verify_json(const verification::VerifyReport& report) {
+  Json json = {
+      {"agree", report.is_consistent}, {"tolerance", verification::verify_tolerance}, {"trajectories", Json::array()}};
+  for (const verification::TrajectoryVerification& run : report.trajectories) {
     Json differences = Json::array();
-    for (const QuantityDifference& d : run.differences)
+    for (const verification::QuantityDifference& d : run.differences)
       differences.push_back({{"quantity", d.quantity},
                              {"unit", d.unit},
                              {"difference", d.difference},
@@ -276,11 +282,11 @@ Json verify_json(const VerifyReport& report) {
                                     {"agree", run.is_consistent},
                                     {"samples", run.samples},
                                     {"tolerance", run.tolerance},
-                                    {"tree", outcome_json(run.tree)},
-                                    {"natural", outcome_json(run.natural)},
+                                    {"tree", files::outcome_json(run.tree)},
+                                    {"natural", files::outcome_json(run.natural)},
                                     {"differences", differences}});
   }
-  const ConditionsVerification& c = report.conditions;
+  const verification::ConditionsVerification& c = report.conditions;
   json["force_conditions"] = {{"agree", c.is_consistent},
                               {"by_sampling", c.sampled},
                               {"from_coefficients", c.coefficients},
@@ -289,4 +295,4 @@ Json verify_json(const VerifyReport& report) {
   return json;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -10,24 +10,24 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// One object with the whole report.
 /// @param verification adds "verification", the result of verify_json(), if not null
 std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const VerifyReport* verification = nullptr);
+                       const verification::VerifyReport* verification = nullptr);
 
 // Results of `balance check` as text.
 
 /// Properties of the mechanism, one per line, ending with a line feed. A mechanism that cannot be assembled has fewer;
 /// what there is none of is left out unless verbose. Lines to paste into the spec are in its own units.
-std::string check_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options = {});
+std::string check_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options = {});
 
 // Comparison of the two formulations as text and as JSON.
 
 /// A table of the largest differences per trajectory and a line on the conditions, ending with a line feed.
-std::string verify_text(const VerifyReport& report, const TextOptions& options = {});
+std::string verify_text(const verification::VerifyReport& report, const files::TextOptions& options = {});
 
-Json verify_json(const VerifyReport& report);
+Json verify_json(const verification::VerifyReport& report);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -10,7 +10,14 @@
 #include <cmath>
 #include <optional>
 
-namespace balance {
+namespace balance::reports {
+
+using comparison::ComparedQuantity;
+using comparison::ComparedRuns;
+using comparison::RequirementVerdict;
+using files::Align;
+using files::TextTable;
+
 namespace {
 
 Json run_json(const ComparedRuns::Run& run) {
@@ -19,7 +26,7 @@ Json run_json(const ComparedRuns::Run& run) {
           {"energy", run.energy}};
 }
 
-Json difference_json(const std::optional<Difference>& difference) {
+Json difference_json(const std::optional<comparison::Difference>& difference) {
   if (!difference) return nullptr;
   return {{"largest", difference->largest}, {"time", difference->time}, {"rms", difference->rms}};
 }
@@ -57,7 +64,7 @@ Json verdict_json(const RequirementVerdict& verdict) {
                {"outcome", describe_verdict(verdict)},
                {"comparisons", Json::array()},
                {"missing", verdict.missing}};
-  for (const JudgedComparison& judged : verdict.compared) {
+  for (const comparison::JudgedComparison& judged : verdict.compared) {
     json["comparisons"].push_back({{"left_text", judged.left_text},
                                    {"relation", relation_symbol(judged.relation)},
                                    {"right_text", judged.right_text},
@@ -82,7 +89,7 @@ std::string comparison_json(const ComparedRuns& compared, const std::vector<Requ
   json["requirements"] = Json::array();
   for (const RequirementVerdict& verdict : verdicts) json["requirements"].push_back(verdict_json(verdict));
   json["all_hold"] = do_all_hold(verdicts);
-  return format_json(json);
+  return files::format_json(json);
 }
 
 JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts) {
@@ -97,7 +104,7 @@ JunitSuite make_verdict_suite(const std::string& name, const std::vector<Require
       junit_case.status = JunitCase::Status::failed;
       junit_case.kind = "requirement";
       junit_case.message = describe_verdict(verdict);
-      for (const JudgedComparison& judged : verdict.compared) {
+      for (const comparison::JudgedComparison& judged : verdict.compared) {
         junit_case.details +=
             fmt::format("{} = {:.17g}\n{} = {:.17g}\n", judged.left_text, judged.left, judged.right_text, judged.right);
       }
@@ -111,7 +118,7 @@ namespace {
 
 const char* const missing = "-";
 
-std::string cell(double value) { return std::isnan(value) ? missing : format_number(value); }
+std::string cell(double value) { return std::isnan(value) ? missing : files::format_number(value); }
 std::string ratio_cell(double ratio) { return std::isnan(ratio) ? missing : fmt::format("{:#.4g}", ratio); }
 
 bool is_main_quantity(const std::string& quantity) {
@@ -173,7 +180,7 @@ TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, con
 
 std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
   const auto& base = quantity.metrics.front();
-  return base && base->peak > 0 ? format_percent(100 * value / base->peak) : missing;
+  return base && base->peak > 0 ? comparison::format_percent(100 * value / base->peak) : missing;
 }
 
 TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection selection) {
@@ -252,9 +259,9 @@ class CsvRows {
 
   void add(const std::string& quantity, const std::string& unit, const char* figure, std::size_t run, double value,
            double ratio = NAN) {
-    text_ +=
-        fmt::format("{},{},{},{},{},{}\n", escape_csv_field(quantity), escape_csv_field(unit), figure,
-                    escape_csv_field(compared_.runs[run].name), format_csv_number(value), format_csv_number(ratio));
+    text_ += fmt::format("{},{},{},{},{},{}\n", files::escape_csv_field(quantity), files::escape_csv_field(unit),
+                         figure, files::escape_csv_field(compared_.runs[run].name), format_csv_number(value),
+                         format_csv_number(ratio));
   }
 
   void add(const ComparedQuantity& q, std::size_t run) {
@@ -267,7 +274,7 @@ class CsvRows {
     }
     add(q.quantity, "s", "peak_time", run, metric ? metric->peak_time : NAN);
     if (run == 0) return;
-    const std::optional<Difference>& difference = q.differences[run];
+    const std::optional<comparison::Difference>& difference = q.differences[run];
     add(q.quantity, q.unit, "largest_difference", run, difference ? difference->largest : NAN);
     add(q.quantity, "s", "difference_time", run, difference ? difference->time : NAN);
     add(q.quantity, q.unit, "rms_difference", run, difference ? difference->rms : NAN);
@@ -298,9 +305,10 @@ std::string comparison_text(const ComparedRuns& compared, const std::vector<Requ
                             QuantitySelection selection, std::size_t width) {
   std::string text;
   for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
-    text += wrap_lines(table.title, width) + "\n\n" + format_table(table.table, width) + "\n";
+    text += files::wrap_lines(table.title, width) + "\n\n" + format_table(table.table, width) + "\n";
   }
-  for (const std::string& note : compared.notes) text += wrap_lines("note: " + escape_for_terminal(note), width) + "\n";
+  for (const std::string& note : compared.notes)
+    text += files::wrap_lines("note: " + escape_for_terminal(note), width) + "\n";
   if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
   if (!verdicts.empty()) text += format_verdicts(verdicts) + "\n" + format_verdict_count(verdicts) + "\n";
   if (text.ends_with("\n\n")) text.pop_back();
@@ -309,18 +317,18 @@ std::string comparison_text(const ComparedRuns& compared, const std::vector<Requ
 
 std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
                                 QuantitySelection selection) {
-  std::string text = "# Comparison with " + escape_markdown(compared.runs.front().name) + "\n";
+  std::string text = "# Comparison with " + files::escape_markdown(compared.runs.front().name) + "\n";
   if (!verdicts.empty()) {
     constexpr std::size_t requirement = 1;
     text += "\n## Requirements\n\n" + format_verdict_count(verdicts) + ".\n\n" +
-            format_markdown_table(verdict_table(verdicts), {requirement});
+            files::format_markdown_table(verdict_table(verdicts), {requirement});
   }
   for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
     std::string title = table.title;
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-    text += "\n## " + escape_markdown(title) + "\n\n" + format_markdown_table(table.table);
+    text += "\n## " + files::escape_markdown(title) + "\n\n" + format_markdown_table(table.table);
   }
-  for (const std::string& note : compared.notes) text += "\nNote: " + escape_markdown(note) + "\n";
+  for (const std::string& note : compared.notes) text += "\nNote: " + files::escape_markdown(note) + "\n";
   return text;
 }
 
@@ -337,4 +345,4 @@ std::string comparison_csv(const ComparedRuns& compared) {
   return rows.text();
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -10,16 +10,17 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 // Comparisons and verdicts as JSON and JUnit XML.
 
 /// One object: runs, quantities with figures, ratios and differences per run, notes, requirements; ends with a line
 /// feed. Missing values are null.
-std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts);
+std::string comparison_json(const comparison::ComparedRuns& compared,
+                            const std::vector<comparison::RequirementVerdict>& verdicts);
 
 /// One test case per verdict, named after the requirement; its group is the run.
-JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts);
+JunitSuite make_verdict_suite(const std::string& name, const std::vector<comparison::RequirementVerdict>& verdicts);
 
 // Tables of a comparison, for all text formats.
 
@@ -29,41 +30,44 @@ enum class QuantitySelection { main, all };
 
 struct TitledTextTable {
   std::string title;
-  TextTable table;
+  files::TextTable table;
 };
 
 /// The runs; for each figure every quantity with its ratio to the base; the energy; the differences.
-std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection selection);
+std::vector<TitledTextTable> make_comparison_tables(const comparison::ComparedRuns& compared,
+                                                    QuantitySelection selection);
 
 /// One row per verdict.
-TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts);
+files::TextTable verdict_table(const std::vector<comparison::RequirementVerdict>& verdicts);
 
 /// "3 of 4 requirements met"
-std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts);
+std::string format_verdict_count(const std::vector<comparison::RequirementVerdict>& verdicts);
 
 /// Tables, notes and verdicts, six significant digits. A verdict stays on one line.
 /// @param width columns for tables and notes
-std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                            QuantitySelection selection, std::size_t width = default_text_width);
+std::string comparison_text(const comparison::ComparedRuns& compared,
+                            const std::vector<comparison::RequirementVerdict>& verdicts, QuantitySelection selection,
+                            std::size_t width = files::default_text_width);
 
 /// The same as Markdown.
-std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
+std::string comparison_markdown(const comparison::ComparedRuns& compared,
+                                const std::vector<comparison::RequirementVerdict>& verdicts,
                                 QuantitySelection selection);
 
 /// Every figure of every quantity, one per line: `quantity,unit,figure,run,value,ratio`, 17 significant digits; missing
 /// values are empty. Figures are peak, peak_time, rms, mean, range, largest_difference, difference_time,
 /// rms_difference; of energy, total.
-std::string comparison_csv(const ComparedRuns& compared);
+std::string comparison_csv(const comparison::ComparedRuns& compared);
 
 /// "ok     <requirement> [run]: …" or "FAILED <requirement> [run]: …", ending with describe_verdict().
-std::string format_verdict_line(const RequirementVerdict& verdict);
+std::string format_verdict_line(const comparison::RequirementVerdict& verdict);
 
 /// All verdicts, one per line.
-std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts);
+std::string format_verdicts(const std::vector<comparison::RequirementVerdict>& verdicts);
 
 // A verdict as part of a JSON document.
 
 /// Numbers that are not finite are null.
-Json verdict_json(const RequirementVerdict& verdict);
+Json verdict_json(const comparison::RequirementVerdict& verdict);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -18,30 +18,30 @@
 #include <cstdlib>
 #include <string_view>
 
-namespace balance {
+namespace balance::reports {
 
 std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
   Json json = {{"mechanism", view.title}, {"goal", goals_json(view.conditions.goals)}};
   json["meaning"] = Json::array();
   for (const Goal& goal : view.conditions.goals) json["meaning"].push_back(describe_goal(goal));
   json["strategy"] = view.strategy;
-  json["status"] = name_of(view.conditions.status);
+  json["status"] = design::name_of(view.conditions.status);
   add_conditions(json, view);
   json["warnings"] = warnings;
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
 
 Json terms_json(const ConditionsReportData& view, int row) {
   const Conditions& c = view.conditions;
-  const double max_abs_entry = max_abs(c.matrix.row(row));
+  const double max_abs_entry = numerics::max_abs(c.matrix.row(row));
   Json terms = Json::array();
   for (Eigen::Index p = 0; p < c.parameter_columns(); ++p) {
     const double coefficient = c.matrix(row, p);
     if (std::abs(coefficient) <= 1e-12 * max_abs_entry) continue;
     Json term = {{"parameter", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}};
-    if (const CoefficientFormula* formula = view.names.find(row, static_cast<int>(p)))
+    if (const conditions::CoefficientFormula* formula = view.names.find(row, static_cast<int>(p)))
       term["name"] = formula_text(*formula, view.names.symbols);
     terms.push_back(std::move(term));
   }
@@ -51,7 +51,7 @@ Json terms_json(const ConditionsReportData& view, int row) {
 /// The right-hand side: known terms with their values.
 void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) {
   const Conditions& c = view.conditions;
-  const double max_abs_entry = max_abs(c.matrix.row(row));
+  const double max_abs_entry = numerics::max_abs(c.matrix.row(row));
   double sum = 0;
   Json terms = Json::array();
   for (Eigen::Index p = c.parameter_columns(); p < c.matrix.cols(); ++p) {
@@ -68,11 +68,11 @@ void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) 
 
 Json remainder_json(const ConditionsReportData& view) {
   Json list = Json::array();
-  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
-    const ParameterOwner owner = remainder.element.bearer;
-    Json entry = {{"kind", owner == ParameterOwner::friction ? "friction"
-                           : owner == ParameterOwner::spring ? "spring"
-                                                             : "load"},
+  for (const design::UnbalancedRemainder& remainder : view.unbalanced_remainder) {
+    const dynamics::ParameterOwner owner = remainder.element.bearer;
+    Json entry = {{"kind", owner == dynamics::ParameterOwner::friction ? "friction"
+                           : owner == dynamics::ParameterOwner::spring ? "spring"
+                                                                       : "load"},
                   {"name", remainder.element.name},
                   {"text", remainder.text},
                   {"terms", Json::array()},
@@ -83,7 +83,7 @@ Json remainder_json(const ConditionsReportData& view) {
                                   {"reason", failure.reason}});
     for (const int term : remainder.element.terms)
       entry["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
-    for (const RemainderEffort& effort : remainder.efforts)
+    for (const design::RemainderEffort& effort : remainder.efforts)
       entry["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
                                   {"actuator", effort.actuator},
                                   {"peak", effort.magnitude},
@@ -137,7 +137,7 @@ void add_conditions(Json& json, const ConditionsReportData& view) {
   for (Eigen::Index p = 0; p < c.parameter_columns(); ++p)
     json["parameters"].push_back(c.parameters[static_cast<std::size_t>(p)].name);
   json["symbols"] = Json::array();
-  for (const GeometricSymbol& s : view.names.symbols)
+  for (const conditions::GeometricSymbol& s : view.names.symbols)
     json["symbols"].push_back({{"name", s.label}, {"value", s.value}, {"unit", s.unit}});
   json["conditions"] = conditions_list_json(view);
   json["staying"] = remainder_json(view);
@@ -165,7 +165,7 @@ std::string residual_text(const ConditionsReportData& view, int row) {
 }
 
 /// Rows of one condition; further lines of a long one fill only its own cell.
-void add_rows(TextTable& table, const ConditionsReportData& view, int row, std::size_t width) {
+void add_rows(files::TextTable& table, const ConditionsReportData& view, int row, std::size_t width) {
   const auto lines = wrap_condition(view, row, condition_width(view, width));
   std::vector<std::string> paths;
   for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
@@ -181,10 +181,11 @@ void add_rows(TextTable& table, const ConditionsReportData& view, int row, std::
 }
 
 std::string table_text(const ConditionsReportData& view, std::size_t width) {
-  TextTable table{{"no", "condition", "now"}, {Align::right, Align::left, Align::right}, {}};
+  files::TextTable table{
+      {"no", "condition", "now"}, {files::Align::right, files::Align::left, files::Align::right}, {}};
   if (!view.numbers.empty()) {
     table.heading.push_back("depends on");
-    table.align.push_back(Align::left);
+    table.align.push_back(files::Align::left);
   }
   for (int row = 0; row < view.parameter_rows(); ++row)
     if (!view.holds_by_definition[static_cast<std::size_t>(row)]) add_rows(table, view, row, width);
@@ -223,8 +224,8 @@ std::string closing_text(const ConditionsReportData& view) {
                             view.parameter_rows());
 }
 
-std::string effort_text(const RemainderEffort& effort, const SpecUnits& units) {
-  const DisplayUnit unit = find_display_unit(effort.unit, units);
+std::string effort_text(const design::RemainderEffort& effort, const specification::SpecUnits& units) {
+  const files::DisplayUnit unit = files::find_display_unit(effort.unit, units);
   return fmt::format("{:.4g} {} at {} {}", unit.convert(effort.magnitude), unit.name, effort.actuator,
                      effort.trajectory.empty() ? "at rest" : "along " + effort.trajectory);
 }
@@ -246,22 +247,23 @@ std::string format_ranges(const std::vector<int>& rows) {
 
 namespace {
 
-bool is_plain_number(const CoefficientFormula& formula) {
+bool is_plain_number(const conditions::CoefficientFormula& formula) {
   return formula.factor.powers.empty() && formula.sum.empty() && !formula.wave;
 }
 
 }  // namespace
 
-ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units) {
+ConditionsReportData convert_coefficients(ConditionsReportData view, const specification::SpecUnits& units) {
   MatrixX& matrix = view.conditions.matrix;
   VectorX si_values(matrix.cols());
   for (Eigen::Index p = 0; p < matrix.cols(); ++p)
-    si_values[p] = find_display_unit(unit_of(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
+    si_values[p] =
+        files::find_display_unit(unit_of(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
   if ((si_values.array() == 1).all()) return view;
   VectorX& known = view.conditions.known_term_values;
   if (known.size() > 0) known.array() /= si_values.tail(known.size()).array();
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    const double largest = max_abs(matrix.row(row));
+    const double largest = numerics::max_abs(matrix.row(row));
     Eigen::Index unit_column = 0;  // the parameter whose coefficient is 1 keeps it
     for (Eigen::Index p = matrix.cols(); p-- > 0;)
       if (std::abs(matrix(row, p)) == 1) unit_column = p;
@@ -305,11 +307,11 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
   return lines;
 }
 
-std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units) {
+std::string symbols_text(const ConditionsReportData& view, const specification::SpecUnits& units) {
   std::string text;
   for (const auto* symbols : {&view.names.symbols, &view.known_terms}) {
-    for (const GeometricSymbol& symbol : *symbols) {
-      const DisplayUnit unit = find_display_unit(symbol.unit, units);
+    for (const conditions::GeometricSymbol& symbol : *symbols) {
+      const files::DisplayUnit unit = files::find_display_unit(symbol.unit, units);
       text += (text.empty() ? "" : ", ") +
               fmt::format("{} = {:.6g}{}", symbol.label, unit.convert(symbol.value), append_unit(unit));
     }
@@ -320,8 +322,8 @@ std::string symbols_text(const ConditionsReportData& view, const SpecUnits& unit
 namespace {
 
 /// The sentence with the numbers that it states in other units: "push (fx = 5 N)". They are SI.
-std::string convert_stated_numbers(const std::string& sentence, const SpecUnits& units) {
-  if (!has_other_units(units)) return sentence;
+std::string convert_stated_numbers(const std::string& sentence, const specification::SpecUnits& units) {
+  if (!files::has_other_units(units)) return sentence;
   std::string text;
   for (std::size_t at = 0; at < sentence.size();) {
     const std::size_t end = std::min(sentence.find(' ', at), sentence.size());
@@ -335,7 +337,7 @@ std::string convert_stated_numbers(const std::string& sentence, const SpecUnits&
       const std::size_t next = end + 1 + length;
       if (!is_number || sentence.compare(end + 1, length, si_unit) != 0) continue;
       if (next < sentence.size() && std::isalpha(static_cast<unsigned char>(sentence[next])) != 0) continue;
-      const DisplayUnit unit = find_display_unit(si_unit, units);
+      const files::DisplayUnit unit = files::find_display_unit(si_unit, units);
       converted = fmt::format("{:.6g} {}", unit.convert(number), unit.name);
       at = next;
       break;
@@ -352,17 +354,18 @@ std::string convert_stated_numbers(const std::string& sentence, const SpecUnits&
 
 }  // namespace
 
-std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units) {
+std::string format_remainder(const ConditionsReportData& view, const specification::SpecUnits& units) {
   if (view.unbalanced_remainder.empty()) return "";
   std::string text = "cannot be balanced by masses or springs and remains:\n";
-  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
+  for (const design::UnbalancedRemainder& remainder : view.unbalanced_remainder) {
     text += "  " + convert_stated_numbers(remainder.text, units) + "\n";
-    for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort, units) + "\n";
+    for (const design::RemainderEffort& effort : remainder.efforts)
+      text += "      up to " + effort_text(effort, units) + "\n";
     for (const auto& failure : remainder.failed_trajectories)
       if (failure.trajectory.empty()) text += "      not known at rest: " + failure.reason + "\n";
   }
   std::vector<std::string> failed_trajectories;
-  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder)
+  for (const design::UnbalancedRemainder& remainder : view.unbalanced_remainder)
     for (const auto& failure : remainder.failed_trajectories)
       if (!failure.trajectory.empty() && std::find(failed_trajectories.begin(), failed_trajectories.end(),
                                                    failure.trajectory) == failed_trajectories.end())
@@ -372,7 +375,7 @@ std::string format_remainder(const ConditionsReportData& view, const SpecUnits& 
   return text + "--without excludes it\n";
 }
 
-std::string conditions_text(const ConditionsReportData& si_view, const TextOptions& options) {
+std::string conditions_text(const ConditionsReportData& si_view, const files::TextOptions& options) {
   const ConditionsReportData view = convert_coefficients(si_view, options.units);
   std::string text = heading_text(view) + table_text(view, options.width);
   const std::string symbols = symbols_text(view, options.units);
@@ -380,18 +383,18 @@ std::string conditions_text(const ConditionsReportData& si_view, const TextOptio
   text += closing_text(view) + format_remainder(view, options.units);
   for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
   for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
-bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= condition_tolerance; }
+bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= design::condition_tolerance; }
 
 namespace {
 
 /// Known terms of the conditions that also have parameters.
-std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {
-  std::vector<GeometricSymbol> symbols;
+std::vector<conditions::GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {
+  std::vector<conditions::GeometricSymbol> symbols;
   for (Eigen::Index column = conditions.parameter_columns(); column < values.size(); ++column) {
-    const Parameter& term = conditions.parameters[static_cast<std::size_t>(column)];
+    const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(column)];
     if (!conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
       symbols.push_back({term.name, unit_of(term), values[column], {}});
   }
@@ -402,13 +405,13 @@ std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const
 
 void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
                          const std::vector<Trajectory>& trajectories, const ConditionOptions& options) {
-  const VectorX values = term_values(mechanism, options.loose_springs);
+  const VectorX values = conditions::term_values(mechanism, options.loose_springs);
   view.conditions.known_term_values = values.tail(view.conditions.known_term_values.size());
   view.residuals = scaled_residuals(view.conditions, values);
   view.known_terms = known_values_of(view.conditions, values);
-  view.unbalanced_remainder = list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
+  view.unbalanced_remainder = design::list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
   // what a free number may change is left to the design
-  std::erase_if(view.unbalanced_remainder, [&](const UnbalancedRemainder& remainder) {
+  std::erase_if(view.unbalanced_remainder, [&](const design::UnbalancedRemainder& remainder) {
     const auto& rows = remainder.element.rows;
     return std::any_of(rows.begin(), rows.end(),
                        [&](int row) { return !view.free_number_indices[static_cast<std::size_t>(row)].empty(); });
@@ -418,11 +421,11 @@ void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
     view.holds_by_definition.push_back(view.is_met(row) && is_met_by_symmetric_discs(view.conditions, row, mechanism));
 }
 
-FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism) {
-  FreeSprings loose(mechanism.springs.size(), false);
-  for (const Parameter& p : conditions.parameters)
-    if (p.owner_kind == ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+dynamics::FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism) {
+  dynamics::FreeSprings loose(mechanism.springs.size(), false);
+  for (const dynamics::Parameter& p : conditions.parameters)
+    if (p.owner_kind == dynamics::ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
   return loose;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

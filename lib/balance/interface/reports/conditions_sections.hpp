@@ -11,20 +11,20 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct ConditionsReportData {
   std::string title;     ///< the mechanism's name
   std::string strategy;  ///< "complete" or "modular"
   Conditions conditions;
-  ConditionNames names;
+  conditions::ConditionNames names;
   VectorX residuals;                                  ///< scaled, for the study's numbers
   std::vector<bool> holds_by_definition;              ///< per condition: met, and met by any symmetric disc
   std::vector<FreeNumber> numbers;                    ///< the study's free numbers
   std::vector<std::vector<int>> free_number_indices;  ///< per condition: indices into `numbers`
 
-  std::vector<UnbalancedRemainder> unbalanced_remainder;  ///< what cannot be balanced
-  std::vector<GeometricSymbol> known_terms;               ///< values of the known terms that occur
+  std::vector<design::UnbalancedRemainder> unbalanced_remainder;  ///< what cannot be balanced
+  std::vector<conditions::GeometricSymbol> known_terms;           ///< values of the known terms that occur
 
   bool is_met(int row) const;
   /// Number of conditions with a parameter. The ones after them have only known terms; see unbalanced_remainder.
@@ -39,7 +39,7 @@ void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
                          const std::vector<Trajectory>& trajectories, const ConditionOptions& options);
 
 /// Springs that the conditions describe by all products of stiffness and end points.
-FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
+dynamics::FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
 
 // Balancing conditions as JSON for programs.
 
@@ -61,22 +61,22 @@ void add_conditions(Json& json, const ConditionsReportData& view);
 
 /// Goal, rank and gap, then the numbered conditions with their residuals and the free numbers that they depend on.
 /// Conditions that any symmetric disc meets are listed in one line. Ends with a line feed.
-std::string conditions_text(const ConditionsReportData& view, const TextOptions& options = {});
+std::string conditions_text(const ConditionsReportData& view, const files::TextOptions& options = {});
 
 /// One condition on lines of at most `width` characters, broken between terms; an overlong term has its own line.
 std::vector<std::string> wrap_condition(const ConditionsReportData& view, int row, std::size_t width);
 
 /// The view for text in these units: coefficients without a formula are for parameters in them ("m" in g, "mx" in
 /// g mm).
-ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units);
+ConditionsReportData convert_coefficients(ConditionsReportData view, const specification::SpecUnits& units);
 
 /// "l1 = 0.5 m, push.fy = -5 N": values of the symbols and known terms; "" if there are none.
-std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units = {});
+std::string symbols_text(const ConditionsReportData& view, const specification::SpecUnits& units = {});
 
 /// What cannot be balanced, one element per line with its remaining efforts; "" if there is none.
-std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units = {});
+std::string format_remainder(const ConditionsReportData& view, const specification::SpecUnits& units = {});
 
 /// "1-4, 7" for row numbers counted from one.
 std::string format_ranges(const std::vector<int>& rows);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -24,11 +24,18 @@
 #include <limits>
 #include <span>
 
-namespace balance {
+namespace balance::reports {
+
+using design::DesignOutcome;
+using design::Optimality;
+using design::TrajectoryComparison;
+using files::Align;
+using files::DisplayUnit;
+using hdf5::Hdf5Writer;
 
 namespace {
 
-std::vector<std::string> paths_of(const DesignReport& report, const DifferentNumbers& different) {
+std::vector<std::string> paths_of(const DesignReport& report, const study::DifferentNumbers& different) {
   std::vector<std::string> paths;
   for (const int i : different.numbers) paths.push_back(report.free_numbers[static_cast<std::size_t>(i)].key_path);
   return paths;
@@ -72,7 +79,7 @@ std::string format_optional_elements(const DesignReport& report) {
 
 Json optional_elements_json(const DesignReport& report) {
   if (!report.outcome.selection) return nullptr;
-  const ElementSelection& selection = *report.outcome.selection;
+  const design::ElementSelection& selection = *report.outcome.selection;
   Json constraints = Json::array();
   for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
     constraints.push_back(
@@ -86,12 +93,12 @@ Json optional_elements_json(const DesignReport& report) {
           {"least_proved", selection.min_count < 0 ? Json(nullptr) : Json(selection.is_min_count_proved)}};
 }
 
-std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report) {
-  std::vector<OptionalElementText> elements;
+std::vector<study::OptionalElementText> list_omitted_elements(const DesignReport& report) {
+  std::vector<study::OptionalElementText> elements;
   if (!report.outcome.selection) return elements;
   for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
     for (const std::string& name : names_of(report, c, false))
-      for (const OptionalElementText& one : report.study_before.design.cardinality[c].elements)
+      for (const study::OptionalElementText& one : report.study_before.design.cardinality[c].elements)
         if (one.name == name) elements.push_back(one);
   return elements;
 }
@@ -106,22 +113,22 @@ std::span<const double> values_of(const VectorX& values) {
 }
 
 void add_scalar(Hdf5Writer& file, const char* name, const char* long_name, const std::string& units, double value) {
-  file.add_variable(root_group, {name, long_name, units, {}, {}}, std::span(&value, 1));
+  file.add_variable(hdf5::root_group, {name, long_name, units, {}, {}}, std::span(&value, 1));
 }
 
 void describe_design(Hdf5Writer& file, const DesignReportData& view) {
   const DesignOutcome& outcome = view.report.outcome;
-  file.set_attribute(root_group, "formulation", "tree");
-  file.set_attribute(root_group, "goal", join_goal_names(outcome.conditions.goals));
-  file.set_attribute(root_group, "strategy", view.conditions.strategy);
-  file.set_attribute(root_group, "status", name_of(outcome.status));
-  file.set_attribute(root_group, "optimality", name_of(outcome.optimality));
-  file.set_attribute(root_group, "tried", outcome.search_summary);
-  file.set_attribute(root_group, "proved", outcome.is_proved_infeasible ? "yes" : "no");
-  file.set_attribute(root_group, "method", name_of(outcome.method));
-  file.set_attribute(root_group, "reason", outcome.reason);
-  file.set_attribute(root_group, "proof", outcome.certificate ? outcome.certificate->statement : "");
-  file.set_attribute(root_group, "objective", view.objective);
+  file.set_attribute(hdf5::root_group, "formulation", "tree");
+  file.set_attribute(hdf5::root_group, "goal", join_goal_names(outcome.conditions.goals));
+  file.set_attribute(hdf5::root_group, "strategy", view.conditions.strategy);
+  file.set_attribute(hdf5::root_group, "status", name_of(outcome.status));
+  file.set_attribute(hdf5::root_group, "optimality", name_of(outcome.optimality));
+  file.set_attribute(hdf5::root_group, "tried", outcome.search_summary);
+  file.set_attribute(hdf5::root_group, "proved", outcome.is_proved_infeasible ? "yes" : "no");
+  file.set_attribute(hdf5::root_group, "method", name_of(outcome.method));
+  file.set_attribute(hdf5::root_group, "reason", outcome.reason);
+  file.set_attribute(hdf5::root_group, "proof", outcome.certificate ? outcome.certificate->statement : "");
+  file.set_attribute(hdf5::root_group, "objective", view.objective);
 }
 
 void add_numbers(Hdf5Writer& file, const DesignReport& report) {
@@ -132,9 +139,10 @@ void add_numbers(Hdf5Writer& file, const DesignReport& report) {
     lower[static_cast<Eigen::Index>(i)] = report.free_numbers[i].lower;
     upper[static_cast<Eigen::Index>(i)] = report.free_numbers[i].upper;
   }
-  const Dimension number = file.add_dimension(root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+  const Dimension number =
+      file.add_dimension(hdf5::root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
   const auto add = [&](const char* name, const char* long_name, const VectorX& values) {
-    file.add_variable(root_group, {name, long_name, "mixed", {number}, {}}, values_of(values));
+    file.add_variable(hdf5::root_group, {name, long_name, "mixed", {number}, {}}, values_of(values));
   };
   add("lower", "lower bound, SI; free parameters as written", lower);
   add("upper", "upper bound", upper);
@@ -148,11 +156,13 @@ void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
   std::vector<std::string> texts, names;
   for (int row = 0; row < static_cast<int>(c.matrix.rows()); ++row)
     texts.push_back(condition_text(c, row, view.conditions.names));
-  for (const Parameter& p : c.parameters) names.push_back(p.name);
-  const Dimension condition = file.add_dimension(root_group, {"condition", "what must vanish", "1", {}, {}}, texts);
-  const Dimension parameter = file.add_dimension(root_group, {"parameter", "inertial parameter", "1", {}, {}}, names);
+  for (const dynamics::Parameter& p : c.parameters) names.push_back(p.name);
+  const Dimension condition =
+      file.add_dimension(hdf5::root_group, {"condition", "what must vanish", "1", {}, {}}, texts);
+  const Dimension parameter =
+      file.add_dimension(hdf5::root_group, {"parameter", "inertial parameter", "1", {}, {}}, names);
   const Samples matrix = c.matrix;
-  file.add_variable(root_group,
+  file.add_variable(hdf5::root_group,
                     {"condition_matrix",
                      "coefficients of the conditions at the designed geometry",
                      "mixed",
@@ -162,7 +172,7 @@ void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
                       {"gap", {c.singular_value_gap}}}},
                     std::span(matrix.data(), static_cast<std::size_t>(matrix.size())));
   const auto add = [&](const char* name, const char* long_name, const char* units, const VectorX& values) {
-    file.add_variable(root_group, {name, long_name, units, {condition}, {}}, values_of(values));
+    file.add_variable(hdf5::root_group, {name, long_name, units, {condition}, {}}, values_of(values));
   };
   add("condition_scale", "size of the terms, by which residuals are divided", "mixed", c.row_scales);
   add("residual_before", "scaled residual of the mechanism before", "1", view.residuals_before);
@@ -185,10 +195,10 @@ void add_sizes(Hdf5Writer& file, const DesignReportData& view) {
   add_scalar(file, "objective_bound", "lower bound of the objective, if known", unit, report.outcome.lower_bound);
 }
 
-Provenance description_of(const Study& study, const std::string& name) {
-  Provenance description;
+files::Provenance description_of(const Study& study, const std::string& name) {
+  files::Provenance description;
   description.trajectory = name;
-  const Trajectory* trajectory = find_by_name(study.trajectories, name);
+  const Trajectory* trajectory = study::find_by_name(study.trajectories, name);
   if (trajectory == nullptr) return description;
   description.law = law_name(*trajectory);
   description.drive = name_of(trajectory->drive);
@@ -196,8 +206,8 @@ Provenance description_of(const Study& study, const std::string& name) {
 }
 
 /// A run that did not finish has only attributes.
-void add_run(Hdf5Writer& file, Group parent, const RunResult& result, const Provenance& run,
-             const WriteOptions& options) {
+void add_run(Hdf5Writer& file, Group parent, const RunResult& result, const files::Provenance& run,
+             const files::WriteOptions& options) {
   // a slash would create another group
   std::string name = run.trajectory;
   std::replace(name.begin(), name.end(), '/', '_');
@@ -208,7 +218,7 @@ void add_run(Hdf5Writer& file, Group parent, const RunResult& result, const Prov
   if (result.outcome.status == MotionStatus::done) write_result_variables(file, group, result, options);
 }
 
-void add_runs(Hdf5Writer& file, const DesignReport& report, const WriteOptions& options) {
+void add_runs(Hdf5Writer& file, const DesignReport& report, const files::WriteOptions& options) {
   if (report.comparisons.empty()) return;
   const Group before = file.add_group("before"), after = file.add_group("after");
   for (const TrajectoryComparison& c : report.comparisons) {
@@ -219,10 +229,10 @@ void add_runs(Hdf5Writer& file, const DesignReport& report, const WriteOptions& 
 
 }  // namespace
 
-void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
-                  const WriteOptions& options) {
-  AtomicFile pending(path, options.existing, options.temporary_tag);
-  const bool compress = options.compression == Compression::gzip;
+void write_design(const std::string& path, const DesignReportData& view, const files::Provenance& description,
+                  const files::WriteOptions& options) {
+  files::AtomicFile pending(path, options.existing, options.temporary_tag);
+  const bool compress = options.compression == files::Compression::gzip;
   Hdf5Writer file(pending.descriptor(), path,
                   compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
   write_source_attributes(file, description);
@@ -250,7 +260,7 @@ const char* name_of(FreeNumber::StartSource source) {
 
 /// Why a length or ratio cannot change further; null if it can.
 Json edge_json(const DesignReport& report, int number) {
-  for (const FeasibilityEdge& edge : report.outcome.edges)
+  for (const design::FeasibilityEdge& edge : report.outcome.edges)
     if (edge.variable == number) return {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
   return nullptr;
 }
@@ -278,19 +288,20 @@ Json numbers_list(const DesignReport& report) {
 Json proof_json(const DesignReportData& view) {
   const auto& proof = view.report.outcome.certificate;
   if (!proof) return nullptr;
-  const char* kind = proof->kind == InfeasibilityCertificate::Kind::sign     ? "sign"
-                     : proof->kind == InfeasibilityCertificate::Kind::cone   ? "cone"
-                     : proof->kind == InfeasibilityCertificate::Kind::bounds ? "bounds"
-                                                                             : "squares";
+  const char* kind = proof->kind == conditions::InfeasibilityCertificate::Kind::sign     ? "sign"
+                     : proof->kind == conditions::InfeasibilityCertificate::Kind::cone   ? "cone"
+                     : proof->kind == conditions::InfeasibilityCertificate::Kind::bounds ? "bounds"
+                                                                                         : "squares";
   return {{"kind", kind},
           {"sentence", proof->statement},
-          {"combination", numbers_json(proof->combination)},
-          {"coefficients", numbers_json(proof->coefficients)}};
+          {"combination", files::numbers_json(proof->combination)},
+          {"coefficients", files::numbers_json(proof->coefficients)}};
 }
 
 Json run_json(const RunResult& result) {
-  Json json = {{"outcome", outcome_json(result.outcome)}, {"notes", result.outcome.notes}, {"metrics", Json::array()}};
-  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  Json json = {
+      {"outcome", files::outcome_json(result.outcome)}, {"notes", result.outcome.notes}, {"metrics", Json::array()}};
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(files::metric_json(metric));
   if (result.outcome.status == MotionStatus::done) json["energy"] = result.energy;
   return json;
 }
@@ -313,7 +324,7 @@ Json comparison_json(const TrajectoryComparison& comparison) {
 }
 
 Json freedom_json(const DesignReport& report) {
-  const SolutionSet& freedom = report.outcome.solution_set;
+  const design::SolutionSet& freedom = report.outcome.solution_set;
   const auto count_json = [](int count) { return count < 0 ? Json(nullptr) : Json(count); };
   Json numbers = Json::array();
   for (const int i : freedom.free_variables)
@@ -324,12 +335,12 @@ Json freedom_json(const DesignReport& report) {
 }
 
 /// @param best value of the design
-Json effort_json(const SearchEffort& effort, double best, bool interrupted) {
-  const StartAgreement agreement = compare_starts(effort.ends, best);
+Json effort_json(const design::SearchEffort& effort, double best, bool interrupted) {
+  const design::StartAgreement agreement = design::compare_starts(effort.ends, best);
   const bool has_ends = agreement.starts > 0, has_others = agreement.farthest_other > 0;
   static constexpr const char* termination_names[] = {
       "nothing-searched", "goal-met", "all-starts-used", "proof", "time", "starts-agree"};
-  const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
+  const bool is_interrupted = interrupted && effort.termination == design::SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
           {"same_end", has_ends ? Json(agreement.agreeing) : Json(nullptr)},
@@ -352,7 +363,7 @@ Json limits_json(const DesignReportData& view) {
                     {"relation", limits[k].is_lower ? ">=" : "<="},
                     {"limit", limits[k].bound},
                     {"unit", limits[k].unit},
-                    {"kept", outcomes[k].violation <= limit_tolerance},
+                    {"kept", outcomes[k].violation <= design::limit_tolerance},
                     {"active", outcomes[k].is_active},
                     {"violation", outcomes[k].violation}});
   return list;
@@ -360,7 +371,7 @@ Json limits_json(const DesignReportData& view) {
 
 Json robust_json(const DesignReportData& view) {
   Json list = Json::array();
-  for (const RobustTerm& one : view.report.robust)
+  for (const tolerance::RobustTerm& one : view.report.robust)
     list.push_back({{"name", objective_text({one.term})},
                     {"deviations", *one.term.deviation_multiple},
                     {"value", one.figure.value},
@@ -419,7 +430,7 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
   add_outcome(json, view);
   json["free_numbers"] = numbers_list(report);
   json["all_different"] = Json::array();
-  for (const DifferentNumbers& different : report.study_before.design.all_different)
+  for (const study::DifferentNumbers& different : report.study_before.design.all_different)
     json["all_different"].push_back(paths_of(report, different));
   add_conditions(json, view.conditions);
   // the listed conditions are those of the designed mechanism; add the residuals before
@@ -435,7 +446,7 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
   add_notes(json, view);
   json["warnings"] = view.warnings;
   json["files"] = files;
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
@@ -443,7 +454,7 @@ namespace {
 /// Six digits; "0" for an exact zero.
 std::string number_text(double value) {
   if (std::isnan(value)) return "-";
-  return value == 0 ? "0" : format_number(value);
+  return value == 0 ? "0" : files::format_number(value);
 }
 
 std::string ratio_text(double before, double after) {
@@ -492,38 +503,39 @@ std::string headline(const DesignReportData& view) {
   return "";
 }
 
-std::string objective_line(const DesignReportData& view, const SpecUnits& units) {
+std::string objective_line(const DesignReportData& view, const specification::SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
   if (view.objective.empty() || std::isnan(outcome.objective)) return "";
-  const DisplayUnit unit = find_display_unit(view.objective_unit, units);
+  const DisplayUnit unit = files::find_display_unit(view.objective_unit, units);
   std::string text =
       fmt::format("{}: {}{}", view.objective, number_text(unit.convert(outcome.objective)), append_unit(unit));
   if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_global)
     text += fmt::format("; at least {}{} is needed", number_text(unit.convert(outcome.lower_bound)), append_unit(unit));
-  if (view.objective_unit.empty() && has_other_units(units)) text += " (a sum, in SI)";
+  if (view.objective_unit.empty() && files::has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
-  for (const RobustTerm& one : view.report.robust) {
-    const DisplayUnit own = find_display_unit(unit_of_term(view.report.study_before.mechanism, one.term), units);
+  for (const tolerance::RobustTerm& one : view.report.robust) {
+    const DisplayUnit own =
+        files::find_display_unit(simulation::unit_of_term(view.report.study_before.mechanism, one.term), units);
     text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
-                        objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
+                        design::objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
                         number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
                         number_text(own.convert(one.figure.deviation)), append_unit(own));
   }
   return text;
 }
 
-std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
+std::string limits_text(const DesignReportData& view, const specification::SpecUnits& units) {
   const auto& limits = view.report.study_before.design.subject_to;
   const auto& outcomes = view.report.outcome.limits;
   std::string text;
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
-    const DisplayUnit unit = find_display_unit(limits[k].unit, units);
-    const char* state = !(outcomes[k].violation <= limit_tolerance) ? "missed"
-                        : outcomes[k].is_active                     ? "active"
-                                                                    : "kept";
+    const DisplayUnit unit = files::find_display_unit(limits[k].unit, units);
+    const char* state = !(outcomes[k].violation <= design::limit_tolerance) ? "missed"
+                        : outcomes[k].is_active                             ? "active"
+                                                                            : "kept";
     text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(unit.convert(outcomes[k].value)),
                         append_unit(unit), state);
-    if (!(outcomes[k].violation <= limit_tolerance) && limits[k].bound != 0)
+    if (!(outcomes[k].violation <= design::limit_tolerance) && limits[k].bound != 0)
       text += fmt::format(" by {:.3g} %", 100 * outcomes[k].violation);
     text += "\n";
   }
@@ -531,10 +543,10 @@ std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
 }
 
 /// "5 of 9 starts ended within 1e-6 of it, the others 3 % to 12 % above"; empty if there was a single start.
-std::string agreement_text(const StartAgreement& agreement) {
+std::string agreement_text(const design::StartAgreement& agreement) {
   if (agreement.starts < 2) return "";
   std::string text = fmt::format("{} of {} starts ended within {:g} of it", agreement.agreeing, agreement.starts,
-                                 start_agreement_tolerance);
+                                 design::start_agreement_tolerance);
   const int others = agreement.starts - agreement.agreeing - agreement.failed;
   const auto percent = [](double fraction) { return fmt::format("{:.2g} %", 100 * fraction); };
   if (others == 1)
@@ -547,7 +559,7 @@ std::string agreement_text(const StartAgreement& agreement) {
 }
 
 /// What to do if the starts do not agree.
-std::string disagreement_advice(const DesignReportData& view, const StartAgreement& agreement) {
+std::string disagreement_advice(const DesignReportData& view, const design::StartAgreement& agreement) {
   if (agreement.is_reached() || agreement.starts == 0) return "";
   return fmt::format(
       "the starts do not agree, so that a better one may exist: --starts {}, --seconds {:g} and other seeds "
@@ -575,12 +587,12 @@ std::string length_bound_line(const DesignReport& report) {
 }
 
 /// What is known of its optimality.
-std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
+std::string optimality_line(const DesignReportData& view, const specification::SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
-  const StartAgreement agreement = compare_starts(outcome.effort.ends, outcome.objective);
+  const design::StartAgreement agreement = design::compare_starts(outcome.effort.ends, outcome.objective);
   const std::string tried = outcome.effort.ends.size() > 1 ? agreement_text(agreement) : outcome.search_summary;
   const std::string search_summary = tried.empty() ? "" : " (" + tried + ")";
-  const DisplayUnit unit = find_display_unit(view.objective_unit, units);
+  const DisplayUnit unit = files::find_display_unit(view.objective_unit, units);
   const char* optimum = !outcome.within_limits ? "the smallest violation of the limits"
                         : view.objective.empty() || std::isnan(outcome.objective)
                             ? "the smallest residual of the conditions"
@@ -614,7 +626,7 @@ std::string optimality_line(const DesignReportData& view, const SpecUnits& units
 
 /// How much of the design could be chosen differently.
 std::string freedom_line(const DesignReportData& view) {
-  const SolutionSet& freedom = view.report.outcome.solution_set;
+  const design::SolutionSet& freedom = view.report.outcome.solution_set;
   const int count = freedom.optimal_dimension >= 0 ? freedom.optimal_dimension : freedom.dimension;
   if (count < 0) return "";
   if (count == 0)
@@ -643,26 +655,27 @@ class UniqueSentences {
 };
 
 /// The statement of a proof with its coefficients and its bound in other units.
-std::string statement_text(const InfeasibilityCertificate& proof, const std::vector<Parameter>& parameters,
-                           const SpecUnits& units) {
+std::string statement_text(const conditions::InfeasibilityCertificate& proof,
+                           const std::vector<dynamics::Parameter>& parameters, const specification::SpecUnits& units) {
   const bool is_of_conditions =
       proof.coefficients.size() > 0 && proof.coefficients.size() == static_cast<Eigen::Index>(parameters.size());
   if (!is_of_conditions) return proof.statement;
-  const std::string combination = linear_combination_text(parameters, proof.coefficients);
+  const std::string combination = conditions::linear_combination_text(parameters, proof.coefficients);
   if (!proof.statement.starts_with(combination)) return proof.statement;
   // the sum has the unit of the parameter whose coefficient is 1
-  const Eigen::Index reference = min_index((proof.coefficients.cwiseAbs().array() - 1).abs());
-  const DisplayUnit unit = find_display_unit(unit_of(parameters[static_cast<std::size_t>(reference)]), units);
+  const Eigen::Index reference = numerics::min_index((proof.coefficients.cwiseAbs().array() - 1).abs());
+  const DisplayUnit unit = files::find_display_unit(unit_of(parameters[static_cast<std::size_t>(reference)]), units);
   VectorX coefficients = proof.coefficients;
   for (Eigen::Index p = 0; p < coefficients.size(); ++p)
-    coefficients[p] *= find_display_unit(unit_of(parameters[static_cast<std::size_t>(p)]), units).factor / unit.factor;
-  std::string text = linear_combination_text(parameters, coefficients);
+    coefficients[p] *=
+        files::find_display_unit(unit_of(parameters[static_cast<std::size_t>(p)]), units).factor / unit.factor;
+  std::string text = conditions::linear_combination_text(parameters, coefficients);
   if (proof.minimum == 0) return text + proof.statement.substr(combination.size());
   return text + fmt::format(" = 0 cannot hold within the bounds: the left-hand side is at least {:.3g} {}",
                             unit.convert(proof.minimum), unit.name);
 }
 
-std::string reasons(const DesignReportData& view, const SpecUnits& units) {
+std::string reasons(const DesignReportData& view, const specification::SpecUnits& units) {
   UniqueSentences sentences;
   const DesignOutcome& outcome = view.report.outcome;
   const auto& proof = outcome.certificate;
@@ -684,7 +697,7 @@ std::string bound_remark(const FreeNumber& number, int bound) {
 /// Which numbers were asked to have different sizes.
 std::string different_numbers_text(const DesignReport& report) {
   std::string text;
-  for (const DifferentNumbers& different : report.study_before.design.all_different)
+  for (const study::DifferentNumbers& different : report.study_before.design.all_different)
     if (different.numbers.size() > 1) text += fmt::format("all different: {}\n", joined(paths_of(report, different)));
   return text;
 }
@@ -702,9 +715,9 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
   return fmt::format("before: in the middle of the bounds, without a 'start': {}\n", fmt::join(paths, ", "));
 }
 
-std::string numbers_text(const DesignReportData& view, const TextOptions& options) {
+std::string numbers_text(const DesignReportData& view, const files::TextOptions& options) {
   const DesignReport& report = view.report;
-  TextTable table{
+  files::TextTable table{
       {options.number_units ? "free number" : "free number [SI]", "unit", "lower", "upper", "before", "value", ""},
       {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
       {},
@@ -728,14 +741,15 @@ std::string numbers_text(const DesignReportData& view, const TextOptions& option
 
 std::string residual_text(double residual) {
   if (std::isnan(residual)) return "-";
-  return std::abs(residual) <= condition_tolerance ? "met" : fmt::format("{:.2g}", std::abs(residual));
+  return std::abs(residual) <= design::condition_tolerance ? "met" : fmt::format("{:.2g}", std::abs(residual));
 }
 
 constexpr std::size_t residual_columns = 24;  ///< of the number and the residuals beside a condition
 
-std::string conditions_table(const DesignReportData& view, const TextOptions& options) {
+std::string conditions_table(const DesignReportData& view, const files::TextOptions& options) {
   const ConditionsReportData c = convert_coefficients(view.conditions, options.units);
-  TextTable table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
+  files::TextTable table{
+      {"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
   std::vector<int> symmetric_rows;
   for (int row = 0; row < c.parameter_rows(); ++row) {
     if (c.holds_by_definition[static_cast<std::size_t>(row)]) {
@@ -764,8 +778,8 @@ bool has_balancing_elements(const Mechanism& mechanism) {
                      [](const Attachment& one) { return one.kind == AttachmentKind::counterweight; });
 }
 
-std::string cost_text(const DesignReport& report, const SpecUnits& units) {
-  const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
+std::string cost_text(const DesignReport& report, const specification::SpecUnits& units) {
+  const DisplayUnit mass = files::find_display_unit("kg", units), inertia = files::find_display_unit("kg m^2", units);
   const auto describe_total = [](double before, double after, const DisplayUnit& unit) {
     return fmt::format("{:.6g} {} before, {:.6g} {} after", unit.convert(before), unit.name, unit.convert(after),
                        unit.name);
@@ -798,7 +812,7 @@ std::string rerun_notes(const TrajectoryComparison& comparison) {
   return text;
 }
 
-std::string comparison_text(const TrajectoryComparison& comparison, const TextOptions& options) {
+std::string comparison_text(const TrajectoryComparison& comparison, const files::TextOptions& options) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
   const bool are_both_done =
       comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
@@ -806,7 +820,7 @@ std::string comparison_text(const TrajectoryComparison& comparison, const TextOp
     if (result->outcome.status != MotionStatus::done)
       text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
   if (!are_both_done) return text + rerun_notes(comparison);
-  TextTable table{
+  files::TextTable table{
       {"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}, 2, {2, 5}};
   table.align.assign(table.heading.size(), Align::right);
   table.align[0] = table.align[1] = Align::left;
@@ -815,7 +829,7 @@ std::string comparison_text(const TrajectoryComparison& comparison, const TextOp
   for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
     const bool is_worst = changes[i].quantity == "torque";
     if (is_worst && actuators == 1) continue;  // it has a row of its own
-    const DisplayUnit unit = find_display_unit(changes[i].unit, options.units);
+    const DisplayUnit unit = files::find_display_unit(changes[i].unit, options.units);
     std::vector<std::string> row = {is_worst ? "worst torque" : changes[i].quantity, unit.name};
     for (const MetricChange& change : {changes[i], changes[i + 1]}) {
       row.push_back(number_text(unit.convert(change.before)));
@@ -865,7 +879,7 @@ std::string losses_text(const TrajectoryComparison& comparison) {
 /// "parameters.b: no larger value is possible ('go' cannot be followed: …)"
 std::string edges_text(const DesignReport& report) {
   std::string text;
-  for (const FeasibilityEdge& edge : report.outcome.edges)
+  for (const design::FeasibilityEdge& edge : report.outcome.edges)
     text += fmt::format("note: {} is at the end of what can be assembled and moved; with a slightly {} value: {}\n",
                         report.free_numbers[static_cast<std::size_t>(edge.variable)].key_path,
                         edge.is_upper ? "larger" : "smaller", edge.reason);
@@ -883,7 +897,7 @@ std::string notes_text(const DesignReportData& view) {
 
 }  // namespace
 
-std::string design_text(const DesignReportData& view, const TextOptions& options) {
+std::string design_text(const DesignReportData& view, const files::TextOptions& options) {
   std::string losses, comparisons;
   std::vector<std::string> hidden;
   for (const TrajectoryComparison& comparison : view.report.comparisons) {
@@ -899,23 +913,23 @@ std::string design_text(const DesignReportData& view, const TextOptions& options
       fmt::format("{}: {}\n{}{}\n", view.conditions.title, headline(view), reasons(view, options.units), losses) +
       numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
       load_cases_text(view.report, options, hidden) + comparisons + notes_text(view);
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
 namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure)
-    return objective_term_name(term);
+    return design::objective_term_name(term);
   const std::string figure =
-      fmt::format("{} of {} along {}", objective_term_name(term.figure), term.quantity, term.trajectory);
+      fmt::format("{} of {} along {}", design::objective_term_name(term.figure), term.quantity, term.trajectory);
   return term.deviation_multiple ? fmt::format("mean plus {:g} deviation{} of the {}", *term.deviation_multiple,
                                                *term.deviation_multiple == 1 ? "" : "s", figure)
                                  : figure;
 }
 
 bool is_shown(const std::string& quantity) {
-  return effort_array_name(quantity).starts_with("torque") || quantity.starts_with("shaking_");
+  return results::effort_array_name(quantity).starts_with("torque") || quantity.starts_with("shaking_");
 }
 
 const Metric* find(const RunResult& result, const std::string& quantity) {
@@ -954,8 +968,8 @@ std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& compar
     const auto add = [&](const char* figure, double Metric::*value) {
       const double before_value = before_metric != nullptr ? before_metric->*value : unknown_value,
                    after_value = after_metric != nullptr ? after_metric->*value : unknown_value;
-      changes.push_back({metric.quantity, metric.unit, figure, suppress_round_off(round_off, before_value),
-                         suppress_round_off(round_off, after_value)});
+      changes.push_back({metric.quantity, metric.unit, figure, results::suppress_round_off(round_off, before_value),
+                         results::suppress_round_off(round_off, after_value)});
     };
     add("peak", &Metric::peak);
     add("rms", &Metric::rms);
@@ -963,4 +977,4 @@ std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& compar
   return changes;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct DesignReportData {
   DesignReport report;
@@ -38,7 +38,7 @@ struct MetricChange {
 };
 
 /// Peak and rms of torques, shaking force and shaking moment.
-std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison);
+std::vector<MetricChange> list_metric_changes(const design::TrajectoryComparison& comparison);
 
 // Elements that a design keeps.
 
@@ -50,7 +50,7 @@ std::string format_optional_elements(const DesignReport& report);
 Json optional_elements_json(const DesignReport& report);
 
 /// Elements that a design leaves out, with their place in the spec, for format_balanced_spec().
-std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report);
+std::vector<study::OptionalElementText> list_omitted_elements(const DesignReport& report);
 
 // A design as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
@@ -58,8 +58,8 @@ std::vector<OptionalElementText> list_omitted_elements(const DesignReport& repor
 /// Writes the complete file or none.
 /// @param description of the spec and the command; its trajectory is ignored
 /// @throws SystemError, Cancelled as write_result_hdf5
-void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
-                  const WriteOptions& options = {});
+void write_design(const std::string& path, const DesignReportData& view, const files::Provenance& description,
+                  const files::WriteOptions& options = {});
 
 // A design as JSON for programs.
 
@@ -71,6 +71,6 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
 /// What the design achieves and what limits it, the free numbers, the conditions, the cost of the design and its gain
 /// along the trajectories that the objective and the limits name; along all of them if none is named or the options are
 /// verbose. Ends with a line feed.
-std::string design_text(const DesignReportData& view, const TextOptions& options = {});
+std::string design_text(const DesignReportData& view, const files::TextOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::reports

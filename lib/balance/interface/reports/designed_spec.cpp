@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 namespace {
 
@@ -30,21 +30,21 @@ constexpr double cancellation_tolerance = 1e-12;
 bool is_equal_within_tolerance(const VectorX& read, const VectorX& designed) {
   if (read.size() != designed.size()) return false;
   const VectorX magnitude = read.cwiseAbs().cwiseMax(designed.cwiseAbs());
-  const double absolute_tolerance = cancellation_tolerance * max_abs(magnitude);
+  const double absolute_tolerance = cancellation_tolerance * numerics::max_abs(magnitude);
   return ((read - designed).cwiseAbs().array() <= relative_value_tolerance * magnitude.array() + absolute_tolerance)
       .all();
 }
 
 /// Whether two mechanisms begin their first trajectory in the same configuration, up to full turns of angles.
 bool has_same_start(const Study& a, const Study& b) {
-  const std::vector<CoordinateValue> p = start_coordinates(a), q = start_coordinates(b);
+  const std::vector<CoordinateValue> p = simulation::start_coordinates(a), q = simulation::start_coordinates(b);
   if (p.size() != q.size()) return false;
   constexpr double configuration_tolerance = 1e-6;
   const double length = characteristic_length(a.mechanism);
   for (std::size_t c = 0; c < p.size(); ++c) {
     const bool is_angle = a.mechanism.coordinates[c].kind == CoordinateKind::angle;
     const double deviation =
-        is_angle ? unwrap_angle(p[c].value, q[c].value) - q[c].value : (p[c].value - q[c].value) / length;
+        is_angle ? kinematics::unwrap_angle(p[c].value, q[c].value) - q[c].value : (p[c].value - q[c].value) / length;
     if (std::abs(deviation) > configuration_tolerance) return false;
   }
   return true;
@@ -68,7 +68,7 @@ std::string find_difference(const Study& read, const Study& designed) {
 /// "assembly: {A: 1.6, B: -1.04}": the configuration in which the first trajectory begins, in the spec's units.
 std::string assembly_line(const Study& study) {
   std::string line;
-  for (const CoordinateValue& one : start_coordinates(study)) {
+  for (const CoordinateValue& one : simulation::start_coordinates(study)) {
     const Coordinate& coordinate = study.mechanism.coordinates[static_cast<std::size_t>(one.coordinate)];
     const double unit =
         coordinate.kind == CoordinateKind::length ? study.mechanism.units.length : study.mechanism.units.angle;
@@ -108,8 +108,8 @@ std::string select_designed_mode(const std::string& text, const DesignSpace& spa
 
 DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& report) {
   const std::vector<std::string> laws = make_law_expressions(report);
-  const std::vector<OptionalElementText> omitted_elements = list_omitted_elements(report);
-  DesignedSpec spec{format_balanced_spec(space.start, report.outcome.x, laws), {}};
+  const std::vector<study::OptionalElementText> omitted_elements = list_omitted_elements(report);
+  DesignedSpec spec{specification::format_balanced_spec(space.start, report.outcome.x, laws), {}};
   try {
     spec.text = select_designed_mode(spec.text, space, report);
     if (const std::string difference = find_difference(read_spec(spec.text, space.start.spec_file), report.study_after);
@@ -121,7 +121,7 @@ DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& 
   if (spec.refusal || omitted_elements.empty()) return spec;
   try {
     const std::string reduced_text = select_designed_mode(
-        format_balanced_spec(space.start, report.outcome.x, laws, omitted_elements), space, report);
+        specification::format_balanced_spec(space.start, report.outcome.x, laws, omitted_elements), space, report);
     read_spec(reduced_text, space.start.spec_file);
     spec.text = reduced_text;
   } catch (const SpecError&) {
@@ -130,4 +130,4 @@ DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& 
   return spec;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::reports {
 
 struct DesignedSpec {
   std::string text;
@@ -17,4 +17,4 @@ struct DesignedSpec {
 /// stay, with zero mass, if something else in the spec refers to them. Reads the text back.
 DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& report);
 
-}  // namespace balance
+}  // namespace balance::reports

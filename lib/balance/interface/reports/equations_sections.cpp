@@ -16,7 +16,10 @@
 #include <cmath>
 #include <span>
 
-namespace balance {
+namespace balance::reports {
+
+using files::Align;
+using formulas::EquationsAtConfiguration;
 
 namespace {
 
@@ -30,12 +33,12 @@ std::string format_entry(double value, double max_entry) {
 
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
                         const std::vector<std::string>& columns, std::size_t width) {
-  TextTable table{{""}, {Align::left}, {}};
+  files::TextTable table{{""}, {Align::left}, {}};
   for (const std::string& column : columns) {
     table.heading.push_back(column);
     table.align.push_back(Align::right);
   }
-  const double max_entry = max_abs(matrix);
+  const double max_entry = numerics::max_abs(matrix);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
     for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), max_entry));
@@ -44,10 +47,10 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
   return format_table(table, width);
 }
 
-std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
+std::string velocity_table(const dynamics::IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors) {
-  double max_entry = 1e-3 * max_abs(terms.mass);
-  for (const MatrixX& form : terms.velocity) max_entry = std::max(max_entry, max_abs(form));
+  double max_entry = 1e-3 * numerics::max_abs(terms.mass);
+  for (const MatrixX& form : terms.velocity) max_entry = std::max(max_entry, numerics::max_abs(form));
   std::string text;
   for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
     const MatrixX& form = terms.velocity[k];
@@ -68,26 +71,28 @@ std::string velocity_table(const IndependentTerms& terms, const std::vector<std:
 
 namespace {
 
-using Dimension = Hdf5Writer::Dimension;
+using Dimension = hdf5::Hdf5Writer::Dimension;
 
 std::span<const double> numbers_of(const Samples& samples) {
   return {samples.data(), static_cast<std::size_t>(samples.size())};
 }
 
-void add_variables(Hdf5Writer& file, const EquationsAlongRun& run, const std::vector<std::string>& actuators) {
+void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& run,
+                   const std::vector<std::string>& actuators) {
   const std::span<const double> times(run.time.data(), static_cast<std::size_t>(run.time.size()));
-  const Dimension time = file.add_dimension(root_group, {"time", "time", "s", {}, {}}, times);
+  const Dimension time = file.add_dimension(hdf5::root_group, {"time", "time", "s", {}, {}}, times);
   const Dimension independent =
-      file.add_dimension(root_group, {"coordinate", "independent coordinate", "1", {}, {}}, run.independent);
+      file.add_dimension(hdf5::root_group, {"coordinate", "independent coordinate", "1", {}, {}}, run.independent);
   const Dimension rate =
-      file.add_dimension(root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
+      file.add_dimension(hdf5::root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
   const Dimension rate2 = file.add_dimension(
-      root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
-  const Dimension tree = file.add_dimension(root_group, {"tree", "coordinate of the tree", "1", {}, {}}, run.redundant);
+      hdf5::root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
+  const Dimension tree =
+      file.add_dimension(hdf5::root_group, {"tree", "coordinate of the tree", "1", {}, {}}, run.redundant);
   const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
                        const Samples& samples) {
     if (samples.size() > 0)
-      file.add_variable(root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
+      file.add_variable(hdf5::root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
   };
   add("position", "independent coordinates [rad or m]", {time, independent}, run.position);
   add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, independent, rate}, run.mass);
@@ -98,26 +103,27 @@ void add_variables(Hdf5Writer& file, const EquationsAlongRun& run, const std::ve
       run.transformation);
   if (!run.closures.empty()) {
     const Dimension closure =
-        file.add_dimension(root_group, {"closure", "joint that is closed", "1", {}, {}}, run.closures);
+        file.add_dimension(hdf5::root_group, {"closure", "joint that is closed", "1", {}, {}}, run.closures);
     add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, run.constraints);
   }
   if (run.parts.size() == 0) return;
-  const std::vector<std::string> parts(effort_part_names.begin(), effort_part_names.end());
+  const std::vector<std::string> parts(dynamics::effort_part_names.begin(), dynamics::effort_part_names.end());
   const Dimension actuator =
-      file.add_dimension(root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
-  const Dimension part = file.add_dimension(root_group, {"part", "part of the torque", "1", {}, {}}, parts);
+      file.add_dimension(hdf5::root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
+  const Dimension part = file.add_dimension(hdf5::root_group, {"part", "part of the torque", "1", {}, {}}, parts);
   add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, run.parts);
 }
 
 }  // namespace
 
-void write_equations(const std::string& path, const EquationsAlongRun& run, const std::vector<std::string>& actuators,
-                     const Provenance& description, const WriteOptions& options) {
-  AtomicFile pending(path, options.existing, options.temporary_tag);
+void write_equations(const std::string& path, const formulas::EquationsAlongRun& run,
+                     const std::vector<std::string>& actuators, const files::Provenance& description,
+                     const files::WriteOptions& options) {
+  files::AtomicFile pending(path, options.existing, options.temporary_tag);
   {
-    const bool compress = options.compression == Compression::gzip;
-    Hdf5Writer file(pending.descriptor(), path,
-                    compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+    const bool compress = options.compression == files::Compression::gzip;
+    hdf5::Hdf5Writer file(pending.descriptor(), path,
+                          compress ? hdf5::Hdf5Writer::Storage::compressed : hdf5::Hdf5Writer::Storage::contiguous);
     write_source_attributes(file, description);
     add_variables(file, run, actuators);
     file.close();
@@ -130,7 +136,7 @@ namespace {
 
 Json matrix_json(const MatrixX& matrix) {
   Json rows = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) rows.push_back(numbers_json(matrix.row(r).transpose()));
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) rows.push_back(files::numbers_json(matrix.row(r).transpose()));
   return rows;
 }
 
@@ -140,11 +146,11 @@ Json forms_json(const std::vector<MatrixX>& forms) {
   return list;
 }
 
-Json rest_json(const StaticTerms& static_terms) {
-  return {{"sum", numbers_json(static_terms.sum())},
-          {"weight", numbers_json(static_terms.weight)},
-          {"springs", numbers_json(static_terms.springs)},
-          {"loads", numbers_json(static_terms.loads)}};
+Json rest_json(const dynamics::StaticTerms& static_terms) {
+  return {{"sum", files::numbers_json(static_terms.sum())},
+          {"weight", files::numbers_json(static_terms.weight)},
+          {"springs", files::numbers_json(static_terms.springs)},
+          {"loads", files::numbers_json(static_terms.loads)}};
 }
 
 Json named_json(const std::vector<std::string>& names, const VectorX& values) {
@@ -158,8 +164,8 @@ Json split_json(const EquationsAtConfiguration& at) {
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
     Json parts = Json::object();
-    for (std::size_t p = 0; p < effort_part_names.size(); ++p)
-      parts[effort_part_names[p]] = at.split->parts(row, static_cast<Eigen::Index>(p));
+    for (std::size_t p = 0; p < dynamics::effort_part_names.size(); ++p)
+      parts[dynamics::effort_part_names[p]] = at.split->parts(row, static_cast<Eigen::Index>(p));
     parts["sum"] = at.split->effort[row];
     parts["unit"] = force_unit(at.is_force[a]);
     json[at.actuators[a]] = parts;
@@ -167,7 +173,7 @@ Json split_json(const EquationsAtConfiguration& at) {
   return json;
 }
 
-Json terms_json(const IndependentTerms& terms) {
+Json terms_json(const dynamics::IndependentTerms& terms) {
   return {{"M", matrix_json(terms.mass)},
           {"D", forms_json(terms.velocity)},
           {"B", matrix_json(terms.viscous)},
@@ -187,7 +193,7 @@ Json speeds_json(const EquationsAtConfiguration& at) {
 }
 
 Json redundant_json(const EquationsAtConfiguration& at) {
-  const RedundantTerms& loops = *at.loops;
+  const dynamics::RedundantTerms& loops = *at.loops;
   return {{"coordinates", at.redundant},
           {"closures", at.closures},
           {"M", matrix_json(loops.mass)},
@@ -200,7 +206,7 @@ Json redundant_json(const EquationsAtConfiguration& at) {
           {"c", forms_json(loops.acceleration)}};
 }
 
-Json natural_json(const natural::NaturalTerms& n) {
+Json natural_json(const verification::natural::NaturalTerms& n) {
   Json json = {{"points", n.points},
                {"moving", n.moving},
                {"coordinates", n.coordinates},
@@ -209,32 +215,32 @@ Json natural_json(const natural::NaturalTerms& n) {
                {"discs", n.rotors},
                {"unit", n.unit},
                {"constraints", n.constraints},
-               {"residual", numbers_json(n.residual)},
+               {"residual", files::numbers_json(n.residual)},
                {"J", matrix_json(n.jacobian)},
                {"total_mass", n.total_mass}};
   json["C_P"] = Json::object();
-  for (const natural::PointMatrix& one : n.coefficients) {
+  for (const verification::natural::PointMatrix& one : n.coefficients) {
     const double re = one.coefficient.real(), im = one.coefficient.imag();
     json["C_P"][one.point] = {{re, -im}, {im, re}};
   }
   return json;
 }
 
-Json regressor_json(const EffortRegressor& regressor) {
+Json regressor_json(const dynamics::EffortRegressor& regressor) {
   std::vector<std::string> names;
-  for (const Parameter& p : regressor.parameters) names.push_back(p.name);
+  for (const dynamics::Parameter& p : regressor.parameters) names.push_back(p.name);
   return {{"parameters", names},
-          {"values", numbers_json(regressor.values)},
+          {"values", files::numbers_json(regressor.values)},
           {"effort", matrix_json(regressor.effort)},
           {"shaking_force", matrix_json(regressor.shaking_force)},
           {"shaking_moment", matrix_json(regressor.shaking_moment)},
-          {"other", numbers_json(regressor.constant_effort)}};
+          {"other", files::numbers_json(regressor.constant_effort)}};
 }
 
 Json parameters_json(const EquationsAtConfiguration& at) {
   const Conditions& c = *at.parameters;
   std::vector<std::string> names, texts;
-  for (const Parameter& p : c.parameters) names.push_back(p.name);
+  for (const dynamics::Parameter& p : c.parameters) names.push_back(p.name);
   for (int row = 0; row < c.rank; ++row) texts.push_back(base_parameter_text(c, row, at.parameter_names));
   return {{"rank", c.rank},        {"gap", c.singular_value_gap}, {"parameters", names},
           {"combinations", texts}, {"pivots", c.pivots},          {"matrix", matrix_json(c.matrix)}};
@@ -243,22 +249,22 @@ Json parameters_json(const EquationsAtConfiguration& at) {
 }  // namespace
 
 std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings) {
-  using enum EquationSection;
+  using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
   Json json = {{"mechanism", view.title},
                {"configuration", named_json(view.coordinates, at.configuration)},
                {"independent", at.independent},
                {"actuators", at.actuators},
-               {"q", numbers_json(at.q)},
-               {"rates", numbers_json(at.dq)},
-               {"accelerations", numbers_json(at.ddq)}};
+               {"q", files::numbers_json(at.q)},
+               {"rates", files::numbers_json(at.dq)},
+               {"accelerations", files::numbers_json(at.ddq)}};
   if (view.shows(inertia)) json["M"] = matrix_json(at.terms->mass);
   if (view.shows(inertia)) json["input"] = matrix_json(at.terms->input);
   if (view.shows(velocity)) json["D"] = forms_json(at.terms->velocity);
   if (view.shows(velocity)) json["B"] = matrix_json(at.terms->viscous);
   if (view.shows(gravity)) json["z"] = rest_json(at.terms->static_terms);
   if (at.in_speeds) json["in_speeds"] = speeds_json(at);
-  if (at.diagonal_factors) json["k"] = numbers_json(*at.diagonal_factors);
+  if (at.diagonal_factors) json["k"] = files::numbers_json(*at.diagonal_factors);
   if (at.split && view.shows(torques)) json["torques"] = split_json(at);
   if (at.loops && view.shows(redundant)) json["redundant"] = redundant_json(at);
   if (at.natural) json["natural"] = natural_json(*at.natural);
@@ -266,7 +272,7 @@ std::string equations_json(const EquationsReportData& view, const std::vector<st
   if (at.parameters) json["base_parameters"] = parameters_json(at);
   json["notes"] = at.notes;
   json["warnings"] = warnings;
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
@@ -282,7 +288,7 @@ std::string number_latex(double value, double max_entry) {
 }
 
 std::string matrix_latex(const MatrixX& matrix) {
-  const double max_entry = max_abs(matrix);
+  const double max_entry = numerics::max_abs(matrix);
   std::string text = "\\begin{pmatrix}";
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     text += r == 0 ? " " : " \\\\ ";
@@ -311,12 +317,13 @@ class AlignedLines {
 }  // namespace
 
 std::string equations_latex(const EquationsReportData& view) {
-  using enum EquationSection;
+  using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
   AlignedLines lines;
   Eigen::Index max_columns = at.terms->mass.cols();
   std::string names;
-  for (const std::string& name : at.independent) names += (names.empty() ? "" : ",\\, ") + symbol_latex(name);
+  for (const std::string& name : at.independent)
+    names += (names.empty() ? "" : ",\\, ") + conditions::symbol_latex(name);
   lines.add("q", "\\left(" + names + "\\right)^{\\mathsf T}");
   if (view.shows(inertia)) lines.add("M'", matrix_latex(at.terms->mass));
   if (view.shows(velocity))
@@ -336,9 +343,10 @@ std::string equations_latex(const EquationsReportData& view) {
   if (at.natural) {
     lines.add("M_{\\text{points}}", matrix_latex(at.natural->mass));
     max_columns = std::max(max_columns, at.natural->mass.cols());
-    for (const natural::PointMatrix& one : at.natural->coefficients) {
+    for (const verification::natural::PointMatrix& one : at.natural->coefficients) {
       const double re = one.coefficient.real(), im = one.coefficient.imag();
-      lines.add("C_{" + symbol_latex(one.point) + "}", matrix_latex((Eigen::Matrix2d() << re, -im, im, re).finished()));
+      lines.add("C_{" + conditions::symbol_latex(one.point) + "}",
+                matrix_latex((Eigen::Matrix2d() << re, -im, im, re).finished()));
     }
   }
   if (at.parameters)
@@ -354,11 +362,11 @@ std::string equations_latex(const EquationsReportData& view) {
 namespace {
 
 /// For sections whose units differ from row to row, and which therefore remain SI.
-std::string si_note(const SpecUnits& units) { return has_other_units(units) ? ", SI" : ""; }
+std::string si_note(const specification::SpecUnits& units) { return files::has_other_units(units) ? ", SI" : ""; }
 
-std::string sections_text(const EquationsReportData& view, const IndependentTerms& terms,
+std::string sections_text(const EquationsReportData& view, const dynamics::IndependentTerms& terms,
                           const std::vector<std::string>& rows, std::size_t width) {
-  using enum EquationSection;
+  using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
   std::string text;
   if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds, width);
@@ -380,9 +388,9 @@ std::string sections_text(const EquationsReportData& view, const IndependentTerm
 
 }  // namespace
 
-std::string speeds_text(const EquationsReportData& view, const TextOptions& options) {
+std::string speeds_text(const EquationsReportData& view, const files::TextOptions& options) {
   const EquationsAtConfiguration& at = view.at;
-  const SpeedTerms& speed_terms = *at.in_speeds;
+  const dynamics::SpeedTerms& speed_terms = *at.in_speeds;
   std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
   if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
   text += si_note(options.units) + " (P0 eq. 1)\nfreedoms: ";
@@ -402,10 +410,11 @@ namespace {
 /// @param si_units one per value
 /// @param with_units whether to name the units
 std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values,
-                         const std::vector<std::string>& si_units, const SpecUnits& units, bool with_units) {
+                         const std::vector<std::string>& si_units, const specification::SpecUnits& units,
+                         bool with_units) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < names.size(); ++k) {
-    const DisplayUnit unit = find_display_unit(si_units[k], units);
+    const files::DisplayUnit unit = files::find_display_unit(si_units[k], units);
     parts.push_back(fmt::format("{} = {:.9g}{}", names[k], unit.convert(values[static_cast<Eigen::Index>(k)]),
                                 with_units ? append_unit(unit) : ""));
   }
@@ -420,7 +429,8 @@ std::vector<std::string> list_units(const std::vector<bool>& is_length, const ch
 }
 
 /// M', D', B' in display units; angles in radians. z' is converted where it is printed.
-IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool>& is_length, const SpecUnits& units) {
+dynamics::IndependentTerms convert_matrices(dynamics::IndependentTerms terms, const std::vector<bool>& is_length,
+                                            const specification::SpecUnits& units) {
   const auto count = static_cast<Eigen::Index>(is_length.size());
   const auto lengths = [&](std::initializer_list<Eigen::Index> coordinates) {
     int sum = 0;
@@ -440,14 +450,14 @@ IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool
 
 /// " [g mm^2]" if all coordinates are of one kind.
 std::string uniform_unit(const std::vector<bool>& is_length, const char* of_angles, const char* of_lengths,
-                         const SpecUnits& units) {
-  if (!has_other_units(units) || is_length.empty()) return "";
+                         const specification::SpecUnits& units) {
+  if (!files::has_other_units(units) || is_length.empty()) return "";
   for (const bool length : is_length)
     if (length != is_length.front()) return "";
-  return bracket_unit(find_display_unit(is_length.front() ? of_lengths : of_angles, units));
+  return bracket_unit(files::find_display_unit(is_length.front() ? of_lengths : of_angles, units));
 }
 
-std::string entry_text(double value, double max_entry, const DisplayUnit& unit) {
+std::string entry_text(double value, double max_entry, const files::DisplayUnit& unit) {
   return std::abs(value) <= zero_entry_tolerance * max_entry ? "0" : fmt::format("{:.6g}", unit.convert(value));
 }
 
@@ -456,16 +466,16 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
   return names;
 }
 
-std::string rest_text(const EquationsAtConfiguration& at, const TextOptions& options) {
-  const StaticTerms& static_terms = at.terms->static_terms;
-  const double max_entry = std::max(
-      {at.torque_scale, max_abs(static_terms.weight), max_abs(static_terms.springs), max_abs(static_terms.loads)});
-  TextTable table{{"", "weight", "springs", "loads", "z'", ""},
-                  {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-                  {}};
+std::string rest_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
+  const dynamics::StaticTerms& static_terms = at.terms->static_terms;
+  const double max_entry = std::max({at.torque_scale, numerics::max_abs(static_terms.weight),
+                                     numerics::max_abs(static_terms.springs), numerics::max_abs(static_terms.loads)});
+  files::TextTable table{{"", "weight", "springs", "loads", "z'", ""},
+                         {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+                         {}};
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const DisplayUnit unit = find_display_unit(force_unit(at.is_length[k]), options.units);
+    const files::DisplayUnit unit = files::find_display_unit(force_unit(at.is_length[k]), options.units);
     table.rows.push_back({"  " + at.independent[k], entry_text(static_terms.weight[i], max_entry, unit),
                           entry_text(static_terms.springs[i], max_entry, unit),
                           entry_text(static_terms.loads[i], max_entry, unit),
@@ -474,20 +484,20 @@ std::string rest_text(const EquationsAtConfiguration& at, const TextOptions& opt
   return format_table(table, options.width);
 }
 
-std::string split_text(const EquationsAtConfiguration& at, const TextOptions& options) {
-  TextTable table{{""}, {Align::left}, {}};
-  for (const char* name : effort_part_names) {
+std::string split_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
+  files::TextTable table{{""}, {Align::left}, {}};
+  for (const char* name : dynamics::effort_part_names) {
     table.heading.emplace_back(name);
     table.align.push_back(Align::right);
   }
   table.heading.insert(table.heading.end(), {"sum", ""});
   table.align.insert(table.align.end(), {Align::right, Align::left});
   const MatrixX& parts = at.split->parts;
-  const double max_entry = std::max(at.torque_scale, max_abs(parts));
+  const double max_entry = std::max(at.torque_scale, numerics::max_abs(parts));
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
-    const DisplayUnit unit = find_display_unit(force_unit(at.is_force[a]), options.units);
+    const files::DisplayUnit unit = files::find_display_unit(force_unit(at.is_force[a]), options.units);
     for (const double value : row) cells.push_back(entry_text(value, max_entry, unit));
     cells.push_back(entry_text(at.split->effort[static_cast<Eigen::Index>(a)], max_entry, unit));
     cells.push_back(unit.name);
@@ -496,8 +506,8 @@ std::string split_text(const EquationsAtConfiguration& at, const TextOptions& op
   return format_table(table, options.width);
 }
 
-std::string redundant_text(const EquationsAtConfiguration& at, const TextOptions& options) {
-  const RedundantTerms& loops = *at.loops;
+std::string redundant_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
+  const dynamics::RedundantTerms& loops = *at.loops;
   std::string text = "M in the tree's coordinates" + si_note(options.units) + " (P0 eq. 19)\n" +
                      matrix_text(loops.mass, at.redundant, at.redundant, options.width);
   text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
@@ -509,12 +519,14 @@ std::string redundant_text(const EquationsAtConfiguration& at, const TextOptions
   return text + "\n";
 }
 
-std::string natural_text(const natural::NaturalTerms& n, const TextOptions& options) {
-  const DisplayUnit length = find_display_unit("m", options.units), mass = find_display_unit("kg", options.units);
+std::string natural_text(const verification::natural::NaturalTerms& n, const files::TextOptions& options) {
+  const files::DisplayUnit length = files::find_display_unit("m", options.units),
+                           mass = files::find_display_unit("kg", options.units);
   std::string text = fmt::format("natural coordinates (P3): {} points, {} of them move\n", n.points.size(), n.moving);
-  TextTable table{{"point", "x" + bracket_unit(length), "y" + bracket_unit(length), "C_P" + bracket_unit(mass), ""},
-                  {Align::left, Align::right, Align::right, Align::right, Align::left},
-                  {}};
+  files::TextTable table{
+      {"point", "x" + bracket_unit(length), "y" + bracket_unit(length), "C_P" + bracket_unit(mass), ""},
+      {Align::left, Align::right, Align::right, Align::right, Align::left},
+      {}};
   for (std::size_t p = 0; p < n.points.size(); ++p) {
     const auto& c = n.coefficients[p].coefficient;
     const double max_entry = n.total_mass;
@@ -537,28 +549,28 @@ std::string natural_text(const natural::NaturalTerms& n, const TextOptions& opti
   return text + "\n";
 }
 
-std::string regressor_text(const EquationsAtConfiguration& at, const TextOptions& options) {
+std::string regressor_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
   std::vector<std::string> names;
-  for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
+  for (const dynamics::Parameter& p : at.regressor->parameters) names.push_back(p.name);
   return "regressor Y, effort = Y pi + other, and the parameters pi" + si_note(options.units) + "\n" + [&] {
     MatrixX entries(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
     entries << at.regressor->values, at.regressor->effort.transpose();
     std::vector<std::string> columns{"pi"};
     columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
     std::string text;
-    TextTable table{{""}, {Align::left}, {}};
+    files::TextTable table{{""}, {Align::left}, {}};
     for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
     for (Eigen::Index r = 0; r < entries.rows(); ++r) {
       std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
       for (Eigen::Index c = 0; c < entries.cols(); ++c)
-        cells.push_back(format_entry(entries(r, c), c == 0 ? 0 : max_abs(entries.col(c))));
+        cells.push_back(format_entry(entries(r, c), c == 0 ? 0 : numerics::max_abs(entries.col(c))));
       table.rows.push_back(std::move(cells));
     }
     return format_table(table, options.width);
   }() + "\n";
 }
 
-std::string parameters_text(const EquationsAtConfiguration& at, const SpecUnits& units) {
+std::string parameters_text(const EquationsAtConfiguration& at, const specification::SpecUnits& units) {
   ConditionsReportData shown;
   shown.conditions = *at.parameters;
   shown.names = at.parameter_names;
@@ -582,7 +594,7 @@ std::string inertia_unit(bool first_length, bool second_length) {
 
 std::string force_unit(bool length) { return length ? "N" : "N m"; }
 
-std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names) {
+std::string base_parameter_text(const Conditions& parameters, int row, const conditions::ConditionNames& names) {
   std::string text = condition_text(parameters, row, names);
   return text.substr(0, text.rfind(" = "));
 }
@@ -590,25 +602,25 @@ std::string base_parameter_text(const Conditions& parameters, int row, const Con
 namespace {
 
 /// "SI units", or which others.
-std::string units_text(const SpecUnits& units) {
-  if (!has_other_units(units)) return "SI units";
+std::string units_text(const specification::SpecUnits& units) {
+  if (!files::has_other_units(units)) return "SI units";
   return fmt::format("in {}, {}, {}, {}, {} and {}; matrices are for angles in rad", units.length_name, units.mass_name,
-                     units.time_name, units.angle_name, find_display_unit("N", units).name,
-                     find_display_unit("N m", units).name);
+                     units.time_name, units.angle_name, files::find_display_unit("N", units).name,
+                     files::find_display_unit("N m", units).name);
 }
 
 }  // namespace
 
-std::string equations_text(const EquationsReportData& view, const TextOptions& options) {
-  using enum EquationSection;
+std::string equations_text(const EquationsReportData& view, const files::TextOptions& options) {
+  using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
-  const SpecUnits& units = options.units;
-  const bool with_units = has_other_units(units);
+  const specification::SpecUnits& units = options.units;
+  const bool with_units = files::has_other_units(units);
   std::string text =
       view.title + "\n" +
       numbers_line("at  ", view.coordinates, at.configuration, list_units(view.is_length, ""), units, with_units) +
       "independent coordinates  " + fmt::format("{}; {}\n\n", fmt::join(at.independent, ", "), units_text(units));
-  const IndependentTerms terms = convert_matrices(*at.terms, at.is_length, units);
+  const dynamics::IndependentTerms terms = convert_matrices(*at.terms, at.is_length, units);
   if (view.shows(inertia))
     text += "M'" + uniform_unit(at.is_length, "kg m^2", "kg", units) + " (P0 eq. 62; P1 eq. 14: D_ij)\n" +
             matrix_text(terms.mass, at.independent, at.independent, options.width) + "\n";
@@ -642,7 +654,7 @@ std::string equations_text(const EquationsReportData& view, const TextOptions& o
   if (at.parameters) text += parameters_text(at, units);
   for (const std::string& note : at.notes) text += "note: " + note + "\n";
   while (text.size() > 1 && text.ends_with("\n\n")) text.pop_back();
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
-}  // namespace balance
+}  // namespace balance::reports

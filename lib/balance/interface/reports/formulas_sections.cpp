@@ -8,7 +8,7 @@
 #include <cctype>
 #include <set>
 
-namespace balance {
+namespace balance::reports {
 
 namespace {
 
@@ -66,7 +66,7 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
                                          ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
                                          : "";
   text += fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
-  return wrap_lines(text, width);
+  return files::wrap_lines(text, width);
 }
 
 std::string formulas_latex(const FormulasReportData& view) {
@@ -107,7 +107,7 @@ std::string formulas_json(const FormulasReportData& view) {
   json["checked"] = {
       {"states", view.check.states}, {"other_numbers", view.check.perturbed_states}, {"error", view.check.error}};
   json["warnings"] = view.warnings;
-  return format_json(json);
+  return files::format_json(json);
 }
 
-}  // namespace balance
+}  // namespace balance::reports

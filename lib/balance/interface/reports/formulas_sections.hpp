@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// Printed formulas and their check.
 struct FormulasReportData {
@@ -20,9 +20,9 @@ struct FormulasReportData {
   std::vector<std::string> warnings;  ///< of the spec
 };
 
-std::string formulas_text(const FormulasReportData& view, std::size_t width = default_text_width);
+std::string formulas_text(const FormulasReportData& view, std::size_t width = files::default_text_width);
 /// Equations between `\[` and `\]` (amsmath), with comments.
 std::string formulas_latex(const FormulasReportData& view);
 std::string formulas_json(const FormulasReportData& view);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -17,13 +17,18 @@
 #include <cmath>
 #include <span>
 
-namespace balance {
+namespace balance::reports {
+
+using design::Optimality;
+using design::ParetoFront;
+using design::ParetoPoint;
+
 // A trade-off as an HDF5 file.
 
 namespace {
 
-using Dimension = Hdf5Writer::Dimension;
-using Group = Hdf5Writer::Group;
+using Dimension = hdf5::Hdf5Writer::Dimension;
+using Group = hdf5::Hdf5Writer::Group;
 
 /// One row per point.
 Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(const ParetoPoint&)) {
@@ -43,20 +48,22 @@ std::vector<std::string> point_names(const ParetoFront& front) {
   return names;
 }
 
-void add_points(Hdf5Writer& file, const FrontReportData& view) {
+void add_points(hdf5::Hdf5Writer& file, const FrontReportData& view) {
   const ParetoFront& front = view.front;
   if (front.points.empty()) return;
   std::vector<std::string> paths;
   for (const FreeNumber& number : view.numbers) paths.push_back(number.key_path);
-  const Dimension point = file.add_dimension(root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
+  const Dimension point =
+      file.add_dimension(hdf5::root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
   const Dimension figure =
-      file.add_dimension(root_group, {"figure", "figure of the trade-off", "1", {}, {}}, view.figures);
-  const Dimension number = file.add_dimension(root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+      file.add_dimension(hdf5::root_group, {"figure", "figure of the trade-off", "1", {}, {}}, view.figures);
+  const Dimension number =
+      file.add_dimension(hdf5::root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
   const auto figures = static_cast<Eigen::Index>(view.figures.size()),
              numbers = static_cast<Eigen::Index>(paths.size());
   const auto add = [&](const char* name, const char* long_name, std::vector<Dimension> dimensions,
                        const Samples& rows) {
-    file.add_variable(root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
+    file.add_variable(hdf5::root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
   };
   add("value", "figures of the points, SI", {point, figure},
       rows_of(front, figures, [](const ParetoPoint& p) { return p.values; }));
@@ -72,12 +79,12 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   if (cases == 0) return;
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
-  const Dimension load_case = file.add_dimension(root_group, {"load_case", "of design: for", "1", {}, {}}, names);
+  const Dimension load_case = file.add_dimension(hdf5::root_group, {"load_case", "of design: for", "1", {}, {}}, names);
   add("free_numbers_in_case", "values of the free numbers in every case, SI; free parameters as written",
       {point, load_case, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
         VectorX values(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
         Eigen::Index offset = 0;
-        for (const LoadCaseReport& one : p.report.load_cases)
+        for (const design::LoadCaseReport& one : p.report.load_cases)
           values.segment(offset, one.x.size()) = one.x, offset += one.x.size();
         return values;
       }));
@@ -85,16 +92,16 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
 
 }  // namespace
 
-void write_front(const std::string& path, const FrontReportData& view, const Provenance& description,
-                 const WriteOptions& options) {
-  AtomicFile pending(path, options.existing, options.temporary_tag);
-  const bool compress = options.compression == Compression::gzip;
-  Hdf5Writer file(pending.descriptor(), path,
-                  compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+void write_front(const std::string& path, const FrontReportData& view, const files::Provenance& description,
+                 const files::WriteOptions& options) {
+  files::AtomicFile pending(path, options.existing, options.temporary_tag);
+  const bool compress = options.compression == files::Compression::gzip;
+  hdf5::Hdf5Writer file(pending.descriptor(), path,
+                        compress ? hdf5::Hdf5Writer::Storage::compressed : hdf5::Hdf5Writer::Storage::contiguous);
   write_source_attributes(file, description);
-  file.set_attribute(root_group, "goal", join_goal_names(view.goals));
-  file.set_attribute(root_group, "optimality", name_of(front_optimality(view.front)));
-  file.set_attribute(root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
+  file.set_attribute(hdf5::root_group, "goal", join_goal_names(view.goals));
+  file.set_attribute(hdf5::root_group, "optimality", name_of(front_optimality(view.front)));
+  file.set_attribute(hdf5::root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
   add_points(file, view);
   file.close();
   throw_if_cancelled(options);
@@ -110,7 +117,7 @@ Json figures_json(const FrontReportData& view) {
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     Json figure = {{"name", view.figures[j]}, {"unit", view.units[j]}};
     if (j < view.front.anchors.size()) {
-      const ParetoAnchor& anchor = view.front.anchors[j];
+      const design::ParetoAnchor& anchor = view.front.anchors[j];
       figure["least"] = anchor.min_value;
       figure["lower_bound"] = anchor.lower_bound;
       figure["optimality"] = name_of(anchor.optimality);
@@ -130,12 +137,12 @@ Json numbers_list(const FrontReportData& view, const VectorX& x) {
 Json point_json(const FrontReportData& view, std::size_t k) {
   const ParetoPoint& point = view.front.points[k];
   Json json = {{"point", k + 1},
-               {"values", numbers_json(point.values)},
+               {"values", files::numbers_json(point.values)},
                {"free_numbers", numbers_list(view, point.report.outcome.x)},
                {"status", name_of(point.report.outcome.status)},
                {"optimality", name_of(point.optimality)},
                {"minimized", point.minimized},
-               {"limits", numbers_json(point.limits)},
+               {"limits", files::numbers_json(point.limits)},
                {"lower_bound", point.lower_bound},
                {"gap", point.gap()},
                {"tried", point.report.outcome.search_summary}};
@@ -165,7 +172,7 @@ std::string front_json(const FrontReportData& view, const std::vector<std::strin
   json["notes"] = front.notes;
   json["warnings"] = view.warnings;
   json["files"] = files;
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
@@ -173,8 +180,8 @@ namespace {
 /// Relative to a figure's largest value; smaller values are shown as zero.
 constexpr double zero_value_tolerance = 1e-12;
 
-std::string value_text(double value, double largest, const DisplayUnit& unit) {
-  return std::abs(value) <= zero_value_tolerance * largest ? "0" : format_number(unit.convert(value));
+std::string value_text(double value, double largest, const files::DisplayUnit& unit) {
+  return std::abs(value) <= zero_value_tolerance * largest ? "0" : files::format_number(unit.convert(value));
 }
 
 VectorX max_abs_values(const ParetoFront& front) {
@@ -186,17 +193,17 @@ VectorX max_abs_values(const ParetoFront& front) {
 /// Names of the figures: a, b, c.
 std::string letter(std::size_t j) { return std::string(1, static_cast<char>('a' + j)); }
 
-DisplayUnit figure_unit(const FrontReportData& view, std::size_t j, const SpecUnits& units) {
-  return find_display_unit(view.units[j], units);
+files::DisplayUnit figure_unit(const FrontReportData& view, std::size_t j, const specification::SpecUnits& units) {
+  return files::find_display_unit(view.units[j], units);
 }
 
-std::string legend(const FrontReportData& view, const SpecUnits& units) {
+std::string legend(const FrontReportData& view, const specification::SpecUnits& units) {
   std::string text;
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
-    const DisplayUnit unit = figure_unit(view, j, units);
-    const bool is_si_sum = view.units[j].empty() && has_other_units(units);
+    const files::DisplayUnit unit = figure_unit(view, j, units);
+    const bool is_si_sum = view.units[j].empty() && files::has_other_units(units);
     text += fmt::format("{}  {}{}", letter(j), view.figures[j], is_si_sum ? " (a sum, in SI)" : bracket_unit(unit));
-    const ParetoAnchor anchor = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
+    const design::ParetoAnchor anchor = j < view.front.anchors.size() ? view.front.anchors[j] : design::ParetoAnchor{};
     if (anchor.optimality == Optimality::proved_global)
       text += fmt::format("; proved minimum {:.6g}", unit.convert(anchor.min_value));
     text += "\n";
@@ -206,22 +213,22 @@ std::string legend(const FrontReportData& view, const SpecUnits& units) {
 
 /// "a >= 3.2": lower bound for all designs within the point's limits.
 std::string bound_text(const FrontReportData& view, const ParetoPoint& point, const VectorX& largest,
-                       const SpecUnits& units) {
+                       const specification::SpecUnits& units) {
   if (std::isnan(point.lower_bound)) return "-";
   const auto j = static_cast<std::size_t>(point.minimized);
   return fmt::format("{} >= {}", letter(j),
                      value_text(point.lower_bound, largest[point.minimized], figure_unit(view, j, units)));
 }
 
-std::string points_table(const FrontReportData& view, const TextOptions& options) {
+std::string points_table(const FrontReportData& view, const files::TextOptions& options) {
   const VectorX max_abs_entry = max_abs_values(view.front);
-  TextTable table{{"point"}, {Align::right}, {}};
+  files::TextTable table{{"point"}, {files::Align::right}, {}};
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     table.heading.push_back(letter(j) + bracket_unit(figure_unit(view, j, options.units)));
-    table.align.push_back(Align::right);
+    table.align.push_back(files::Align::right);
   }
   table.heading.insert(table.heading.end(), {"optimality", "bound"});
-  table.align.insert(table.align.end(), {Align::left, Align::left});
+  table.align.insert(table.align.end(), {files::Align::left, files::Align::left});
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     const ParetoPoint& point = view.front.points[k];
     std::vector<std::string> row{std::to_string(k + 1)};
@@ -236,15 +243,15 @@ std::string points_table(const FrontReportData& view, const TextOptions& options
 }
 
 /// One line per free number, one column per point.
-std::string numbers_table(const FrontReportData& view, const TextOptions& options) {
-  TextTable table{{"free number", "unit"}, {Align::left, Align::left}, {}, 2};
+std::string numbers_table(const FrontReportData& view, const files::TextOptions& options) {
+  files::TextTable table{{"free number", "unit"}, {files::Align::left, files::Align::left}, {}, 2};
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     table.heading.push_back(std::to_string(k + 1));
-    table.align.push_back(Align::right);
+    table.align.push_back(files::Align::right);
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
     const FreeNumber& number = view.numbers[i];
-    const DisplayUnit unit = find_number_unit(number.key_path, options);
+    const files::DisplayUnit unit = find_number_unit(number.key_path, options);
     std::vector<std::string> row{number.key_path, unit.name};
     for (const ParetoPoint& point : view.front.points)
       row.push_back(value_text(point.report.outcome.x[static_cast<Eigen::Index>(i)],
@@ -273,7 +280,7 @@ std::string optimality_text(const FrontReportData& view) {
 
 }  // namespace
 
-std::string front_text(const FrontReportData& view, const TextOptions& options) {
+std::string front_text(const FrontReportData& view, const files::TextOptions& options) {
   const ParetoFront& front = view.front;
   if (front.points.empty()) {
     const std::string& reason = front.failure.outcome.reason;
@@ -288,13 +295,13 @@ std::string front_text(const FrontReportData& view, const TextOptions& options) 
       "\npoint {} is nearest to the minima of all figures; --point K shows a point and, with -o, writes it\n",
       find_compromise_point(front) + 1);
   for (const std::string& note : front.notes) text += "note: " + note + "\n";
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
 namespace {
 
 std::string with_unit(const std::string& name, const std::string& unit) {
-  return escape_csv_field(unit.empty() ? name : fmt::format("{} [{}]", name, unit));
+  return files::escape_csv_field(unit.empty() ? name : fmt::format("{} [{}]", name, unit));
 }
 
 /// A number that follows the load, in one of the load cases.
@@ -324,7 +331,7 @@ FrontReportData make_front_report_data(const DesignStudyOptions& options, const 
   view.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   for (const std::vector<ObjectiveTerm>& terms : space.start.design.front.figures) {
     view.figures.push_back(objective_text(terms));
-    view.units.push_back(objective_unit(terms, space.start.mechanism));
+    view.units.push_back(simulation::objective_unit(terms, space.start.mechanism));
   }
   view.numbers = space.start.free_numbers;
   view.seconds = options.search.max_time;
@@ -347,15 +354,16 @@ std::string front_csv(const FrontReportData& view) {
   std::string text = "point";
   for (std::size_t j = 0; j < view.figures.size(); ++j) text += "," + with_unit(view.figures[j], view.units[j]);
   text += ",optimality,minimized,lower_bound";
-  for (const FreeNumber& number : view.numbers) text += "," + escape_csv_field(number.key_path);
-  for (const auto& [path, adapted] : adapted_numbers(view)) text += "," + escape_csv_field(path);
+  for (const FreeNumber& number : view.numbers) text += "," + files::escape_csv_field(number.key_path);
+  for (const auto& [path, adapted] : adapted_numbers(view)) text += "," + files::escape_csv_field(path);
   text += "\n";
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     const ParetoPoint& point = view.front.points[k];
     text += fmt::format("{}", k + 1);
     for (const double value : point.values) text += fmt::format(",{:.17g}", value);
     text += fmt::format(",{},{},{:.17g}", name_of(point.optimality),
-                        escape_csv_field(view.figures[static_cast<std::size_t>(point.minimized)]), point.lower_bound);
+                        files::escape_csv_field(view.figures[static_cast<std::size_t>(point.minimized)]),
+                        point.lower_bound);
     for (const double value : point.report.outcome.x) text += fmt::format(",{:.17g}", value);
     for (const auto& [path, adapted] : adapted_numbers(view))
       text += fmt::format(",{:.17g}", point.report.load_cases[adapted.load_case].x[adapted.number]);
@@ -364,4 +372,4 @@ std::string front_csv(const FrontReportData& view) {
   return text;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct FrontReportData {
-  ParetoFront front;
+  design::ParetoFront front;
   std::string title;
   std::vector<Goal> goals;           ///< met by all designs; none: not required
   std::vector<std::string> figures;  ///< "rms of shaking_force along cycloid", in the order of a point's values
@@ -25,13 +25,14 @@ struct FrontReportData {
 };
 
 /// @param options those of the front
-FrontReportData make_front_report_data(const DesignStudyOptions& options, const DesignSpace& space, ParetoFront front);
+FrontReportData make_front_report_data(const DesignStudyOptions& options, const DesignSpace& space,
+                                       design::ParetoFront front);
 
 /// Common optimality of all points: proved-best if all are, stopped if one is.
-Optimality front_optimality(const ParetoFront& front);
+design::Optimality front_optimality(const design::ParetoFront& front);
 
 /// Table of the points and what is known of them.
-std::string front_text(const FrontReportData& view, const TextOptions& options = {});
+std::string front_text(const FrontReportData& view, const files::TextOptions& options = {});
 
 /// One JSON document; docs/spec.md describes its keys. @param files that were written
 /// @param design output of design_json() for one of the points; empty: none
@@ -42,7 +43,7 @@ std::string front_json(const FrontReportData& view, const std::vector<std::strin
 std::string front_csv(const FrontReportData& view);
 
 /// Writes figures, bounds and free numbers of all points. @throws SystemError, Cancelled as write_result_hdf5
-void write_front(const std::string& path, const FrontReportData& view, const Provenance& description,
-                 const WriteOptions& options);
+void write_front(const std::string& path, const FrontReportData& view, const files::Provenance& description,
+                 const files::WriteOptions& options);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -21,7 +21,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 void replace_first(std::string& text, std::string_view pattern, const std::string& replacement) {
@@ -188,4 +188,4 @@ std::string run_gnuplot(const std::string& script) {
   return picture;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

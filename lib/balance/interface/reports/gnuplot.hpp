@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::reports {
 
 // A picture as the bytes of a file.
 
@@ -24,4 +24,4 @@ std::string remove_pdf_date(std::string pdf);
 /// @throws SystemError if there is no gnuplot, or with its message if it fails
 std::string run_gnuplot(const std::string& script);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -13,7 +13,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 constexpr double mm_per_point = 25.4 / 72;
@@ -459,4 +459,4 @@ std::string gnuplot_script(const Plot& picture, const PlotPage& options) {
   return text + "unset multiplot\n";
 }
 
-}  // namespace balance
+}  // namespace balance::reports

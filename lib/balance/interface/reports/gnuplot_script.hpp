@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// Format of a picture file.
 enum class PlotFileFormat { svg, pdf, png };
@@ -73,4 +73,4 @@ AxisRange range_over(const PlotPanel& panel, double PlotPoint::*coordinate);
 /// Range of the vertical axis of values over time, with a margin; begins at 0 for magnitudes.
 AxisRange value_range(const PlotPanel& panel);
 
-}  // namespace balance
+}  // namespace balance::reports

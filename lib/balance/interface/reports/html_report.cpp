@@ -5,7 +5,7 @@
 #include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/html_report_data.hpp"
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 Json parse_optional(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
@@ -46,11 +46,11 @@ Json trajectories_json(const HtmlReport& page) {
 }
 
 /// What takes the place of each factor of an SI unit. Times stay in seconds, in which the page's clock runs.
-Json units_json(SpecUnits units) {
+Json units_json(specification::SpecUnits units) {
   units.time = 1, units.time_name = "s";
   Json json = Json::object();
   for (const char* factor : {"m", "kg", "rad", "N", "J", "W"}) {
-    const DisplayUnit unit = find_display_unit(factor, units);
+    const files::DisplayUnit unit = files::find_display_unit(factor, units);
     if (unit.name != factor) json[factor] = {{"name", unit.name}, {"value", unit.factor}};
   }
   return json;
@@ -58,7 +58,7 @@ Json units_json(SpecUnits units) {
 
 /// Name of an inline script or style in a content security policy: the SHA-256 of its bytes in base64.
 std::string hash_source(std::string_view content) {
-  const std::string hex_digest = sha256(content);
+  const std::string hex_digest = files::sha256(content);
   std::string bytes;
   for (std::size_t i = 0; i + 1 < hex_digest.size(); i += 2)
     bytes += static_cast<char>(std::stoi(hex_digest.substr(i, 2), nullptr, 16));
@@ -90,7 +90,7 @@ std::string format_report_data(const HtmlReport& page) {
                {"spec_file", page.spec_file},
                {"spec", page.spec_text},
                {"space", page.before.space == SpaceKind::planar ? "planar" : "spatial"},
-               {"gravity", vector_json(page.before.gravity, 3)},
+               {"gravity", files::vector_json(page.before.gravity, 3)},
                {"mass", total_mass(page.before)}};
   json["check"] = page.check.empty() ? Json::object() : parse_optional(page.check);
   json["conditions"] = parse_optional(page.conditions);
@@ -155,7 +155,7 @@ std::string format_html_report(const HtmlReport& page) {
   return html + "</body>\n</html>\n";
 }
 
-}  // namespace balance
+}  // namespace balance::reports
 
 #ifdef BALANCE_PAGE_BUNDLE
 // .incbin is much faster than compiling arrays of numbers
@@ -170,7 +170,7 @@ BALANCE_EMBED(balance_page_spatial, "spatial.js")
 BALANCE_EMBED(balance_page_style, "page.css")
 #endif
 
-namespace balance {
+namespace balance::reports {
 
 HtmlReportAssets page_assets() {
 #ifdef BALANCE_PAGE_BUNDLE
@@ -182,4 +182,4 @@ HtmlReportAssets page_assets() {
 #endif
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// One trajectory; only `before` if the spec has no design. The outcome of a failed run has the reason.
 struct ReportedTrajectory {
@@ -33,9 +33,9 @@ struct HtmlReport {
   std::vector<std::string> goal_descriptions;  ///< the goals in words
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;
-  SpecUnits units;                 ///< in which the page shows its numbers; its data are SI
-  NumberUnits number_units;        ///< of free numbers and, by their names in `design: for`, of loads
-  std::vector<std::string> notes;  ///< warnings and notes for the reader
+  specification::SpecUnits units;           ///< in which the page shows its numbers; its data are SI
+  specification::NumberUnits number_units;  ///< of free numbers and, by their names in `design: for`, of loads
+  std::vector<std::string> notes;           ///< warnings and notes for the reader
 };
 
 /// Data of the page as one JSON object; see docs/report.md.
@@ -61,4 +61,4 @@ struct HtmlReportAssets {
 
 HtmlReportAssets page_assets();
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -17,7 +17,13 @@
 #include <limits>
 #include <numeric>
 
-namespace balance {
+/// Indices are plain numbers.
+template <class Kind>
+struct nlohmann::adl_serializer<balance::TypedIndex<Kind>> {
+  static void to_json(balance::Json& json, const balance::TypedIndex<Kind>& id) { json = static_cast<int>(id); }
+};
+
+namespace balance::reports {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the page's samples are little-endian");
@@ -61,14 +67,9 @@ std::string base64_doubles(const VectorX& numbers) {
   return base64(bytes);
 }
 
-template <class Kind>
-void to_json(Json& json, const TypedIndex<Kind>& id) {
-  json = static_cast<int>(id);
-}
-
 namespace {
 
-Json position_json(const Vector3& p) { return vector_json(p, 3); }
+Json position_json(const Vector3& p) { return files::vector_json(p, 3); }
 
 Json inertia_json(const Matrix3& inertia, SpaceKind space) {
   if (space == SpaceKind::planar) return std::array{inertia(2, 2)};
@@ -81,7 +82,7 @@ Json bodies_json(const Mechanism& mechanism) {
   Json list = Json::array();
   for (const Body& body : mechanism.bodies) {
     Json points = Json::array();
-    for (const NamedPoint& point : body.points)
+    for (const model::NamedPoint& point : body.points)
       points.push_back({{"name", point.name}, {"position", position_json(point.position)}});
     list.push_back({{"name", body.name},
                     {"mass", body.mass},
@@ -121,9 +122,9 @@ Json attachments_json(const Mechanism& mechanism) {
   return list;
 }
 
-Json followed_json(const CoordinateCombination& followed) {
+Json followed_json(const model::CoordinateCombination& followed) {
   Json list = Json::array();
-  for (const CoordinateTerm& term : followed.terms)
+  for (const model::CoordinateTerm& term : followed.terms)
     list.push_back({{"coordinate", term.coordinate}, {"ratio", term.ratio}});
   return list;
 }
@@ -185,7 +186,7 @@ Json loads_json(const Mechanism& mechanism) {
     list.push_back({{"name", load.name},
                     {"body", load.body},
                     {"point", position_json(load.point)},
-                    {"frame", load.frame == Frame::world ? "world" : "body"},
+                    {"frame", load.frame == model::Frame::world ? "world" : "body"},
                     {"time", load.time},
                     {"force", std::move(forces)},
                     {"moment", std::move(moments)}});
@@ -235,7 +236,7 @@ class RowSignificance {
 
   void add_column(const Samples& samples, Eigen::Index column) {
     if (samples.rows() == 0) return;
-    const Eigen::Index low = min_index(samples.col(column)), high = max_index(samples.col(column));
+    const Eigen::Index low = numerics::min_index(samples.col(column)), high = numerics::max_index(samples.col(column));
     const double minimum = samples(low, column), maximum = samples(high, column);
     if (!(maximum > minimum)) return;
     raise(low, std::numeric_limits<double>::infinity());
@@ -336,7 +337,7 @@ constexpr std::array omitted_quantities = {"tool_orientation", "joint_moment", "
 
 /// Planar poses are x, y, angle; spatial poses x, y, z and a quaternion.
 Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
-  const BodyPoses poses = body_poses(mechanism, result);
+  const results::BodyPoses poses = body_poses(mechanism, result);
   const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
   const bool planar = mechanism.space == SpaceKind::planar;
   const Eigen::Index width = planar ? 3 : 7;
@@ -364,14 +365,14 @@ Samples magnitudes(const Samples& vectors, int axes) {
 }
 
 std::vector<std::string> column_names(const Quantity& quantity, const RunResult& result) {
-  using enum ColumnKind;
+  using enum results::ColumnKind;
   switch (quantity.columns) {
     case coordinate: return result.coordinate_names;
     case actuator: return result.actuator_names;
     case joint:
     case joint_axis: return result.joint_names;
-    case axis: return axis_labels(static_cast<int>(quantity.samples->cols()));
-    case quaternion: return quaternion_labels();
+    case axis: return results::axis_labels(static_cast<int>(quantity.samples->cols()));
+    case quaternion: return results::quaternion_labels();
     case constraint: return result.constraint_names;
     case sliding: return result.sliding_names;
     case single: return {"value"};
@@ -388,7 +389,7 @@ Json series_json(const RunResult& result) {
     if (std::find(omitted_quantities.begin(), omitted_quantities.end(), std::string(quantity.name)) !=
         omitted_quantities.end())
       continue;
-    const bool reaction = quantity.columns == ColumnKind::joint_axis;
+    const bool reaction = quantity.columns == results::ColumnKind::joint_axis;
     const Samples filtered = suppress_round_off(result, quantity.member);
     const Samples samples = reaction ? magnitudes(filtered, result.axes) : filtered;
     list.push_back({{"quantity", quantity.name},
@@ -415,7 +416,7 @@ Json deviation_json(const RunResult& deviation, const std::vector<Eigen::Index>&
 }
 
 /// Only what a picture needs.
-Json phase_plane_json(const PhasePlane& plane) {
+Json phase_plane_json(const trajectory::PhasePlane& plane) {
   const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
   return {{"time", packed(plane.time)},
           {"place", packed(plane.path_parameter)},
@@ -428,19 +429,19 @@ Json phase_plane_json(const PhasePlane& plane) {
 
 Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const std::vector<Eigen::Index>& rows,
                    const RunResult* deviation) {
-  Json json = {{"outcome", outcome_json(computed.outcome)}};
+  Json json = {{"outcome", files::outcome_json(computed.outcome)}};
   if (computed.outcome.status != MotionStatus::done) return json;
   const bool is_complete = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
   const RunResult thinned = is_complete ? RunResult{} : extract_rows(computed, rows);
   const RunResult& result = is_complete ? computed : thinned;
   json["notes"] = result.outcome.notes;
   json["metrics"] = Json::array();
-  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(files::metric_json(metric));
   json["energy"] = result.energy;
-  json["about"] = vector_json(result.moment_reference, result.axes);
-  if (computed.corridor_result) json["found_corridor"] = corridor_result_json(*computed.corridor_result);
-  if (computed.optimised_law) json["found_law"] = optimised_law_json(*computed.optimised_law);
-  const PhasePlane& plane = computed.phase_plane;
+  json["about"] = files::vector_json(result.moment_reference, result.axes);
+  if (computed.corridor_result) json["found_corridor"] = files::corridor_result_json(*computed.corridor_result);
+  if (computed.optimised_law) json["found_law"] = files::optimised_law_json(*computed.optimised_law);
+  const trajectory::PhasePlane& plane = computed.phase_plane;
   if (plane.time.size() > 1 && plane.mvc_path_rate.size() > 0) json["phase_plane"] = phase_plane_json(plane);
   json["samples"] = computed.time.size();
   json["time"] = {{"f64", base64_doubles(result.time)}};
@@ -451,4 +452,4 @@ Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const 
   return json;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

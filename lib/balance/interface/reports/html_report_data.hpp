@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 // Samples as text: base64 of little-endian floating-point numbers.
 
@@ -48,4 +48,4 @@ RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>&
 Json run_data_json(const Mechanism& mechanism, const RunResult& result, const std::vector<Eigen::Index>& rows,
                    const RunResult* deviation);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 using Status = JunitCase::Status;
@@ -109,4 +109,4 @@ std::string escape_xml(std::string_view text) {
   return xml;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

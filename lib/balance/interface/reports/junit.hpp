@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct JunitCase {
   enum class Status { passed, failed, error, skipped };
@@ -35,4 +35,4 @@ std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& su
 /// 1.0 does not allow by U+FFFD.
 std::string escape_xml(std::string_view text);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -9,17 +9,17 @@
 #include <span>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 /// Relative to the best design; NaN without one.
-double relative_gap(const LengthBound& bound) {
+double relative_gap(const certificate::LengthBound& bound) {
   return std::isinf(bound.best) ? std::numeric_limits<double>::quiet_NaN() : bound.gap();
 }
 
 }  // namespace
 
-std::string length_coverage_text(const LengthBound& bound) {
+std::string length_coverage_text(const certificate::LengthBound& bound) {
   if (!bound.reason.empty()) return "";
   std::vector<std::string> special(bound.geometries.begin(), bound.geometries.end());
   const bool has_general = !special.empty() && special.front() == certificate::general_lengths_name;
@@ -35,11 +35,11 @@ std::string length_coverage_text(const LengthBound& bound) {
   return text;
 }
 
-Json length_bound_json(const std::optional<LengthBound>& bound) {
+Json length_bound_json(const std::optional<certificate::LengthBound>& bound) {
   if (!bound) return nullptr;
   if (!bound->reason.empty()) return {{"reason", bound->reason}};
   Json progress = Json::array();
-  for (const LengthBoundProgress& one : bound->progress)
+  for (const certificate::LengthBoundProgress& one : bound->progress)
     progress.push_back({{"seconds", one.seconds}, {"lower_bound", one.lower_bound}, {"best", one.best}});
   return {{"reason", ""},
           {"lower_bound", bound->lower_bound},
@@ -54,19 +54,19 @@ Json length_bound_json(const std::optional<LengthBound>& bound) {
           {"progress", std::move(progress)}};
 }
 
-void add_length_bound(Hdf5Writer& file, const LengthBound& bound) {
+void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bound) {
   if (!bound.reason.empty()) return;
-  const Hdf5Writer::Group group = file.add_group("length_bound");
+  const hdf5::Hdf5Writer::Group group = file.add_group("length_bound");
   file.set_attribute(group, "covers", bound.geometries);
   if (!bound.uncovered.empty()) file.set_attribute(group, "not_covered", bound.uncovered);
   file.set_attribute(group, "impossible", bound.is_impossible() ? "yes" : "no");
   std::vector<double> seconds, lower, best;
-  for (const LengthBoundProgress& one : bound.progress) {
+  for (const certificate::LengthBoundProgress& one : bound.progress) {
     seconds.push_back(one.seconds);
     lower.push_back(one.lower_bound);
     best.push_back(one.best);
   }
-  const Hdf5Writer::Dimension time =
+  const hdf5::Hdf5Writer::Dimension time =
       file.add_dimension(group, {"seconds", "computing time of the bound", "s", {}, {}}, seconds);
   file.add_variable(group, {"lower_bound", "no design is lighter", "kg", {time}, {}}, std::span<const double>(lower));
   file.add_variable(group, {"best", "lightest design so far", "kg", {time}, {}}, std::span<const double>(best));
@@ -76,4 +76,4 @@ void add_length_bound(Hdf5Writer& file, const LengthBound& bound) {
   file.add_variable(group, {"boxes", "boxes of lengths that were bounded", "1", {}, {}}, std::span(&boxes, 1));
 }
 
-}  // namespace balance
+}  // namespace balance::reports

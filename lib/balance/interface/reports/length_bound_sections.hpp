@@ -8,16 +8,16 @@
 #include <optional>
 #include <string>
 
-namespace balance {
+namespace balance::reports {
 
 /// "the proof covers all lengths within the bounds, A–B–C–D as a parallelogram included", and what it does not cover;
 /// empty if nothing is bounded.
-std::string length_coverage_text(const LengthBound& bound);
+std::string length_coverage_text(const certificate::LengthBound& bound);
 
 /// Null without a bound.
-Json length_bound_json(const std::optional<LengthBound>& bound);
+Json length_bound_json(const std::optional<certificate::LengthBound>& bound);
 
 /// Writes the group `length_bound`; nothing if nothing is bounded.
-void add_length_bound(Hdf5Writer& file, const LengthBound& bound);
+void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bound);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -10,7 +10,12 @@
 #include <cmath>
 #include <optional>
 
-namespace balance {
+namespace balance::reports {
+
+using design::AdaptiveLaw;
+using files::DisplayUnit;
+using files::TextOptions;
+using study::LoadCases;
 
 namespace {
 
@@ -21,38 +26,39 @@ Json loads_json(const LoadCases& cases, const VectorX& values) {
   return json;
 }
 
-Json static_efforts_json(const LoadCaseReport& load_case, const Mechanism& mechanism) {
+Json static_efforts_json(const design::LoadCaseReport& load_case, const Mechanism& mechanism) {
   Json json = Json::object();
   for (const int actuator : mechanism.actuators) {
     double max_effort = 0;
-    for (const PeakEffort& effort : load_case.static_efforts)
+    for (const conditions::PeakEffort& effort : load_case.static_efforts)
       if (effort.actuator == actuator) max_effort = effort.magnitude;
     json[mechanism.coordinates[static_cast<std::size_t>(actuator)].name] = max_effort;
   }
   return json;
 }
 
-Json case_json(const LoadCaseReport& load_case, const DesignReport& report) {
+Json case_json(const design::LoadCaseReport& load_case, const DesignReport& report) {
   Json json = {{"loads", loads_json(report.study_after.design.cases, load_case.loads)},
                {"largest_residual", load_case.residual},
-               {"met", load_case.residual <= condition_tolerance},
+               {"met", load_case.residual <= design::condition_tolerance},
                {"at_rest", static_efforts_json(load_case, report.study_after.mechanism)}};
   json["free_numbers"] = Json::object();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
     json["free_numbers"][report.free_numbers[i].key_path] = load_case.x[static_cast<Eigen::Index>(i)];
   json["trajectories"] = Json::array();
-  for (const LoadCaseRun& run : load_case.runs) {
+  for (const design::LoadCaseRun& run : load_case.runs) {
     Json metrics = Json::array();
-    for (const Metric& metric : run.metrics) metrics.push_back(metric_json(metric));
-    json["trajectories"].push_back(
-        {{"trajectory", run.trajectory}, {"outcome", outcome_json(run.outcome)}, {"metrics", std::move(metrics)}});
+    for (const Metric& metric : run.metrics) metrics.push_back(files::metric_json(metric));
+    json["trajectories"].push_back({{"trajectory", run.trajectory},
+                                    {"outcome", files::outcome_json(run.outcome)},
+                                    {"metrics", std::move(metrics)}});
   }
   return json;
 }
 
-Json cases_json(const std::vector<LoadCaseReport>& cases, const DesignReport& report) {
+Json cases_json(const std::vector<design::LoadCaseReport>& cases, const DesignReport& report) {
   Json list = Json::array();
-  for (const LoadCaseReport& one : cases) list.push_back(case_json(one, report));
+  for (const design::LoadCaseReport& one : cases) list.push_back(case_json(one, report));
   return list;
 }
 
@@ -68,12 +74,12 @@ Json law_json(const AdaptiveLaw& law, Eigen::Index index, const LoadCases& cases
   return terms;
 }
 
-Json table_json(const AdaptedTable& table, const DesignReport& report) {
+Json table_json(const design::AdaptedTable& table, const DesignReport& report) {
   if (table.loads.empty()) return nullptr;
   Json rows = Json::array();
   for (std::size_t row = 0; row < table.loads.size(); ++row)
     rows.push_back({{"loads", loads_json(report.study_after.design.cases, table.loads[row])},
-                    {"values", numbers_json(table.values[row])},
+                    {"values", files::numbers_json(table.values[row])},
                     {"largest_residual", table.residuals[row]}});
   const bool has_one_load = table.loads.front().size() == 1;
   return {{"rows", std::move(rows)},
@@ -82,7 +88,7 @@ Json table_json(const AdaptedTable& table, const DesignReport& report) {
 
 Json adaptive_json(const DesignReport& report) {
   if (!report.adaptive) return nullptr;
-  const AdaptiveReport& adaptive = *report.adaptive;
+  const design::AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& cases = report.study_after.design.cases;
   std::vector<std::string> names;
   VectorX nominal_loads(static_cast<Eigen::Index>(cases.numbers.size()));
@@ -129,7 +135,7 @@ const LoadCases& cases_of(const DesignReport& report) { return report.study_afte
 
 std::vector<std::string> load_names(const LoadCases& loads) {
   std::vector<std::string> names;
-  for (const LoadParameter& number : loads.numbers) names.push_back(number.name);
+  for (const study::LoadParameter& number : loads.numbers) names.push_back(number.name);
   return names;
 }
 
@@ -144,19 +150,19 @@ std::string describe_load(const LoadCases& cases, const VectorX& loads, const Te
   return text;
 }
 
-std::string figure_text(double value) { return value == 0 ? "0" : format_number(value); }
+std::string figure_text(double value) { return value == 0 ? "0" : files::format_number(value); }
 
 std::string residual_word(double residual) {
   if (std::isnan(residual)) return "-";
-  return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
+  return residual <= design::condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
 }
 
-DisplayUnit effort_unit(const Mechanism& mechanism, int actuator, const SpecUnits& units) {
-  return find_display_unit(is_length_coordinate(mechanism, actuator) ? "N" : "N m", units);
+DisplayUnit effort_unit(const Mechanism& mechanism, int actuator, const specification::SpecUnits& units) {
+  return files::find_display_unit(is_length_coordinate(mechanism, actuator) ? "N" : "N m", units);
 }
 
 /// Unit of all efforts; std::nullopt if forces and torques are among them.
-std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const SpecUnits& units) {
+std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const specification::SpecUnits& units) {
   std::optional<DisplayUnit> common;
   for (const int actuator : mechanism.actuators) {
     const DisplayUnit unit = effort_unit(mechanism, actuator, units);
@@ -167,12 +173,13 @@ std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const 
 }
 
 /// Maximum static effort of every actuator: "4.4145, 1.962"; with units if these differ.
-std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism, const SpecUnits& units) {
+std::string static_efforts_text(const design::LoadCaseReport& load_case, const Mechanism& mechanism,
+                                const specification::SpecUnits& units) {
   const bool is_mixed = !common_effort_unit(mechanism, units);
   std::string text;
   for (const int actuator : mechanism.actuators) {
     const auto match = std::find_if(load_case.static_efforts.begin(), load_case.static_efforts.end(),
-                                    [&](const PeakEffort& effort) { return effort.actuator == actuator; });
+                                    [&](const conditions::PeakEffort& effort) { return effort.actuator == actuator; });
     const DisplayUnit unit = effort_unit(mechanism, actuator, units);
     text += (text.empty() ? "" : ", ") +
             figure_text(match == load_case.static_efforts.end() ? 0 : unit.convert(match->magnitude)) +
@@ -182,10 +189,10 @@ std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism
 }
 
 /// Peak and mean of the worst actuator's torque.
-std::string torque_text(const LoadCaseRun& run, const SpecUnits& units) {
+std::string torque_text(const design::LoadCaseRun& run, const specification::SpecUnits& units) {
   for (const Metric& metric : run.metrics) {
     if (metric.quantity != "torque") continue;
-    const DisplayUnit unit = find_display_unit(metric.unit, units);
+    const DisplayUnit unit = files::find_display_unit(metric.unit, units);
     return fmt::format("{}, {}", figure_text(unit.convert(metric.peak)), figure_text(unit.convert(metric.mean)));
   }
   return "-";
@@ -234,7 +241,7 @@ class LoadRows {
   std::vector<Row> rows_;
 };
 
-std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignReport& report,
+std::string cases_table(const std::vector<design::LoadCaseReport>& cases, const DesignReport& report,
                         const TextOptions& options, const std::vector<std::string>& hidden_trajectories) {
   const Mechanism& mechanism = report.study_after.mechanism;
   const std::optional<DisplayUnit> effort = common_effort_unit(mechanism, options.units);
@@ -243,22 +250,22 @@ std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignRe
   for (const int actuator : mechanism.actuators)
     actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
   const bool has_conditions = report.outcome.status != DesignStatus::no_goal;
-  const auto is_shown = [&](const LoadCaseRun& run) {
+  const auto is_shown = [&](const design::LoadCaseRun& run) {
     return std::find(hidden_trajectories.begin(), hidden_trajectories.end(), run.trajectory) ==
            hidden_trajectories.end();
   };
-  TextTable table{{"load"}, {Align::left}, {}};
+  files::TextTable table{{"load"}, {files::Align::left}, {}};
   if (has_conditions) table.heading.push_back("conditions");
   table.heading.push_back("peak at rest" + actuators + unit);
-  for (const LoadCaseRun& run : cases.front().runs)
+  for (const design::LoadCaseRun& run : cases.front().runs)
     if (is_shown(run)) table.heading.push_back(run.trajectory + ": torque peak, mean" + unit);
-  table.align.resize(table.heading.size(), Align::right);
+  table.align.resize(table.heading.size(), files::Align::right);
   LoadRows rows(cases_of(report), options);
-  for (const LoadCaseReport& one : cases) {
+  for (const design::LoadCaseReport& one : cases) {
     std::vector<std::string> figures;
     if (has_conditions) figures.push_back(residual_word(one.residual));
     figures.push_back(static_efforts_text(one, mechanism, options.units));
-    for (const LoadCaseRun& run : one.runs)
+    for (const design::LoadCaseRun& run : one.runs)
       if (is_shown(run)) figures.push_back(torque_text(run, options.units));
     rows.add(one.loads, std::move(figures));
   }
@@ -298,10 +305,10 @@ AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const TextOpt
 }
 
 std::string law_lines(const DesignReport& report, const TextOptions& options) {
-  const AdaptiveReport& adaptive = *report.adaptive;
+  const design::AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& loads = cases_of(report);
   std::string text =
-      fmt::format("adapted to the load [{}]\n", has_other_units(options.units) ? "the spec's units" : "SI");
+      fmt::format("adapted to the load [{}]\n", files::has_other_units(options.units) ? "the spec's units" : "SI");
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const DisplayUnit unit = adapted_unit(report, i, options);
@@ -320,14 +327,14 @@ std::string law_lines(const DesignReport& report, const TextOptions& options) {
 }
 
 std::string table_text(const DesignReport& report, const TextOptions& options) {
-  const AdaptedTable& adapted_table = report.adaptive->table;
+  const design::AdaptedTable& adapted_table = report.adaptive->table;
   if (adapted_table.loads.empty()) return "";
   const bool has_conditions = report.outcome.status != DesignStatus::no_goal;
-  TextTable table{{"load"}, {Align::left}, {}};
+  files::TextTable table{{"load"}, {files::Align::left}, {}};
   if (has_conditions) table.heading.push_back("conditions");
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
     table.heading.push_back(path_of(report, i) + bracket_unit(adapted_unit(report, i, options)));
-  table.align.resize(table.heading.size(), Align::right);
+  table.align.resize(table.heading.size(), files::Align::right);
   LoadRows rows(cases_of(report), options);
   for (std::size_t row = 0; row < adapted_table.loads.size(); ++row) {
     std::vector<std::string> figures;
@@ -347,7 +354,7 @@ std::string table_text(const DesignReport& report, const TextOptions& options) {
 
 std::string costs_text(const DesignReport& report, const TextOptions& options,
                        const std::vector<std::string>& hidden_trajectories) {
-  const DisplayUnit energy = find_display_unit("J", options.units);
+  const DisplayUnit energy = files::find_display_unit("J", options.units);
   std::string text;
   if (report.adaptive->adjustment_work)
     text += fmt::format(
@@ -385,7 +392,7 @@ std::vector<std::string> make_law_expressions(const DesignReport& report) {
   if (!report.adaptive || !report.adaptive->law || !report.adaptive->is_within_bounds) return texts;
   const LoadCases& loads = cases_of(report);
   std::vector<std::string> names;
-  for (const LoadParameter& number : loads.numbers) {
+  for (const study::LoadParameter& number : loads.numbers) {
     if (!number.path.starts_with("parameters.")) return texts;
     names.push_back(number.path.substr(std::string("parameters.").size()));
   }
@@ -410,4 +417,4 @@ std::string load_cases_text(const DesignReport& report, const TextOptions& optio
   return text;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 // Sizes of symbols in units of the drawing scale.
@@ -83,7 +83,7 @@ class BodyFrames {
     return poses_.position.row(0).segment<3>(3 * static_cast<Eigen::Index>(body)).transpose();
   }
 
-  BodyPoses poses_;
+  results::BodyPoses poses_;
 };
 
 bool slides(JointType type) {
@@ -140,7 +140,7 @@ double solid_disc_radius(double mass, double axial_inertia) {
 std::vector<Vector3> outline_points(const Mechanism& mechanism, BodyId body) {
   std::vector<Vector3> points;
   const Body& own = mechanism.bodies[static_cast<std::size_t>(body)];
-  for (const NamedPoint& point : own.points) points.push_back(point.position);
+  for (const model::NamedPoint& point : own.points) points.push_back(point.position);
   for (const Joint& joint : mechanism.joints) {
     if (joint.first == body && !slides(joint.type)) points.push_back(joint.point_first);
     if (joint.second == body) points.push_back(joint.point_second);
@@ -296,7 +296,7 @@ class PoseDrawer {
   void draw_slide(std::size_t index, const Vector3& place) {
     const Joint& joint = mechanism_.joints[index];
     const Vector3 along = frames_.direction(joint.first, joint.axis);
-    if (joint.first != ground) {
+    if (joint.first != model::ground) {
       const auto [begin, end] = rail_of(index);
       add(DrawingPart::link, false,
           {at(joint.first, joint.point_first + begin * joint.axis),
@@ -353,7 +353,7 @@ class PoseDrawer {
       const PlotPoint candidate = at(attachment.body, point);
       if (!nearest || distance(candidate, place) < distance(*nearest, place)) nearest = candidate;
     }
-    if (nearest && attachment.body != ground && distance(*nearest, place) > coincidence_tolerance * scale_.unit)
+    if (nearest && attachment.body != model::ground && distance(*nearest, place) > coincidence_tolerance * scale_.unit)
       add(DrawingPart::link, false, {*nearest, place});
   }
 
@@ -458,8 +458,8 @@ std::vector<Outline> draw_ground(const Mechanism& mechanism, const RunResult& re
     const Joint& joint = mechanism.joints[j];
     const std::size_t own_coordinate = first_coordinate;
     first_coordinate += static_cast<std::size_t>(joint_degrees_of_freedom(joint.type));
-    if (joint.first != ground && joint.second != ground) continue;
-    if (joint.first == ground && slides(joint.type)) {
+    if (joint.first != model::ground && joint.second != model::ground) continue;
+    if (joint.first == model::ground && slides(joint.type)) {
       const double radius = rolling_radius(mechanism, j);
       const Vector3 across = Vector3::UnitZ().cross(joint.axis);
       const double gap = radius > 0 ? radius : block_half_width * scale.unit;
@@ -471,7 +471,7 @@ std::vector<Outline> draw_ground(const Mechanism& mechanism, const RunResult& re
     } else if (is_rolling(joint.type)) {
       add_floor(joint, mechanism, result, own_coordinate, projection, scale.unit, outlines);
     } else {
-      const PlotPoint place = projection.apply(joint.first == ground ? joint.point_first : joint.point_second);
+      const PlotPoint place = projection.apply(joint.first == model::ground ? joint.point_first : joint.point_second);
       const bool is_new = std::none_of(bearings.begin(), bearings.end(), [&](const PlotPoint& other) {
         return distance(other, place) < joint_radius * scale.unit;
       });
@@ -512,7 +512,7 @@ void add_points(const Mechanism& mechanism, const RunResult& result, const Proje
     const BodyFrames frames(mechanism, result, row);
     for (int body = 0; body < static_cast<int>(mechanism.bodies.size()); ++body) {
       for (const Vector3& point : outline_points(mechanism, body)) box.add(projection.apply(frames.point(body, point)));
-      if (body == ground) continue;
+      if (body == model::ground) continue;
       const Rotor rotor = rotor_of(mechanism, body);
       for (const Vector3& rim : circle(rotor.radius))
         if (rotor.radius > 0)
@@ -540,4 +540,4 @@ DrawingScale drawing_scale(const std::vector<const Mechanism*>& mechanisms, cons
   return scale;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

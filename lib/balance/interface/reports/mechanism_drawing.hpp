@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// Point of a picture [m], or of a line over time.
 struct PlotPoint {
@@ -62,4 +62,4 @@ std::vector<Outline> draw_ground(const Mechanism& mechanism, const RunResult& re
 std::vector<Outline> draw_pose(const Mechanism& mechanism, const RunResult& result, Eigen::Index row,
                                const Projection& projection, const DrawingScale& scale);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 constexpr double jump_slope_ratio =
@@ -41,7 +41,7 @@ std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result) {
   for (Eigen::Index column = 0; column < accelerations.cols(); ++column) {
     const VectorX values = accelerations.col(column);
     if (values.size() < 4) continue;
-    const double range = max_coefficient(values) - min_coefficient(values);
+    const double range = numerics::max_coefficient(values) - numerics::min_coefficient(values);
     // at the ends the neighbours on one side are too few to distinguish a jump from the motion
     for (Eigen::Index k = 2; k + 1 < values.size(); ++k)
       if (jumps_at(values, k, range)) jumps.push_back(k);
@@ -53,7 +53,7 @@ std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result) {
 
 std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, const std::vector<Eigen::Index>& jumps) {
   std::vector<PlotPoint> points;
-  const double range = values.size() > 0 ? max_coefficient(values) - min_coefficient(values) : 0;
+  const double range = values.size() > 0 ? numerics::max_coefficient(values) - numerics::min_coefficient(values) : 0;
   Eigen::Index first = 0;
   auto next = jumps.begin();
   for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -121,8 +121,8 @@ constexpr double phase_height = 75;                   // [mm]
 constexpr const char* max_velocity_colour = "#9aa1a9";
 constexpr const char* switch_colour = "#30363d";
 
-const PhasePlane& plane_of(const PlotRun& run) {
-  const PhasePlane& plane = run.result->phase_plane;
+const trajectory::PhasePlane& plane_of(const PlotRun& run) {
+  const trajectory::PhasePlane& plane = run.result->phase_plane;
   if (plane.time.size() > 1) return plane;
   throw std::invalid_argument(fmt::format(
       "{} has no phase plane: result files have one for laws that were found and for trajectories with limits; "
@@ -130,7 +130,7 @@ const PhasePlane& plane_of(const PlotRun& run) {
       run.label));
 }
 
-PlotPoint point_at(const PhasePlane& plane, double time) {
+PlotPoint point_at(const trajectory::PhasePlane& plane, double time) {
   const Eigen::Index last = plane.time.size() - 1;
   Eigen::Index k = 1;
   while (k < last && plane.time[k] < time) ++k;
@@ -140,7 +140,7 @@ PlotPoint point_at(const PhasePlane& plane, double time) {
   return {interpolate(plane.path_parameter), interpolate(plane.path_rate)};
 }
 
-std::vector<PlotPoint> points_between(const PhasePlane& plane, double begin, double end) {
+std::vector<PlotPoint> points_between(const trajectory::PhasePlane& plane, double begin, double end) {
   std::vector<PlotPoint> points{point_at(plane, begin)};
   for (Eigen::Index k = 0; k < plane.time.size(); ++k)
     if (plane.time[k] > begin && plane.time[k] < end) points.push_back({plane.path_parameter[k], plane.path_rate[k]});
@@ -151,7 +151,7 @@ std::vector<PlotPoint> points_between(const PhasePlane& plane, double begin, dou
 /// One line per interval, one style and one legend entry per limit.
 void add_active_limits(const PlotRun& run, PlotPanel& panel) {
   std::vector<std::string> limits;
-  for (const ActiveLimitInterval& interval : run.result->optimised_law->active_limits) {
+  for (const trajectory::ActiveLimitInterval& interval : run.result->optimised_law->active_limits) {
     const std::string limit = interval.limit.empty() ? "no limit" : interval.limit;
     const auto match = std::find(limits.begin(), limits.end(), limit);
     const auto index = static_cast<std::size_t>(match - limits.begin());
@@ -167,7 +167,7 @@ void add_active_limits(const PlotRun& run, PlotPanel& panel) {
 }
 
 /// Pieces of the maximum velocity curve below a rate.
-std::vector<std::vector<PlotPoint>> pieces_below(const PhasePlane& plane, double max_rate) {
+std::vector<std::vector<PlotPoint>> pieces_below(const trajectory::PhasePlane& plane, double max_rate) {
   std::vector<std::vector<PlotPoint>> pieces;
   const auto interpolate_crossing = [&](Eigen::Index below, Eigen::Index above) -> PlotPoint {
     const double rise = plane.mvc_path_rate[above] - plane.mvc_path_rate[below];
@@ -217,10 +217,10 @@ Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
   PlotPanel panel{.name = "phase plane", .y_label = "its rate [1/s]", .from_zero = true};
   double max_rate = 0;
   for (const PlotRun& run : runs)
-    max_rate = std::max(max_rate, max_rate_headroom * max_coefficient(plane_of(run).path_rate));
+    max_rate = std::max(max_rate, max_rate_headroom * numerics::max_coefficient(plane_of(run).path_rate));
   add_max_velocity_curves(runs, max_rate, panel);
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const PhasePlane& plane = runs[i].result->phase_plane;
+    const trajectory::PhasePlane& plane = runs[i].result->phase_plane;
     const bool has_active_limits =
         runs[i].result->optimised_law && !runs[i].result->optimised_law->active_limits.empty();
     if (runs.size() == 1 && has_active_limits)
@@ -263,22 +263,22 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
   return *std::move(quantity);
 }
 
-PlotQuantity convert(PlotQuantity quantity, const SpecUnits& units) {
-  const DisplayUnit unit = find_display_unit(quantity.unit, units);
+PlotQuantity convert(PlotQuantity quantity, const specification::SpecUnits& units) {
+  const files::DisplayUnit unit = files::find_display_unit(quantity.unit, units);
   if (unit.name.empty()) return quantity;
   quantity.unit = unit.name;
   for (PlotCurve& curve : quantity.curves) curve.values /= unit.factor;
   return quantity;
 }
 
-VectorX abscissa(const RunResult& result, TimeAxis axis, const SpecUnits& units) {
+VectorX abscissa(const RunResult& result, TimeAxis axis, const specification::SpecUnits& units) {
   const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
   if (axis == TimeAxis::seconds || duration <= 0) return result.time / units.time;
   return result.time / duration;
 }
 
 PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis,
-                          const SpecUnits& units) {
+                          const specification::SpecUnits& units) {
   PlotPanel panel;
   panel.name = name;
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -319,10 +319,10 @@ std::vector<std::string> legend_of(const PlotPanel& panel) {
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const SpecUnits& units) {
+                    TimeAxis axis, const specification::SpecUnits& units) {
   Plot picture;
   picture.x_label =
-      axis == TimeAxis::seconds ? "time" + bracket_unit(find_display_unit("s", units)) : "time / duration";
+      axis == TimeAxis::seconds ? "time" + bracket_unit(files::find_display_unit("s", units)) : "time / duration";
   for (const std::string& name : quantities) {
     picture.panels.push_back(panel_over_time(runs, name, view, axis, units));
     PlotPanel& panel = picture.panels.back();
@@ -332,4 +332,4 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
   return picture;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

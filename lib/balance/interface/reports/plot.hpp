@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// Samples at which an acceleration jumps: its step there is many times the adjacent ones. Such a sample
 /// has the value after the jump.
@@ -102,7 +102,7 @@ enum class TimeAxis { seconds, normalised };
 /// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
 /// in unit; the message names it
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const SpecUnits& units = {});
+                    TimeAxis axis, const specification::SpecUnits& units = {});
 
 /// How paths are drawn.
 struct PathView {
@@ -115,7 +115,7 @@ inline constexpr int max_poses = 50;  ///< more cannot be distinguished
 
 /// Paths of tool and centre of mass, with start and end marked or, with poses, the mechanism at several times.
 /// @throws std::invalid_argument if a planar run has no such projection, or if a run is not its mechanism's
-Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units = {});
+Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const specification::SpecUnits& units = {});
 
 // Phase plane of a path: laws of motion and their limits.
 
@@ -124,4 +124,4 @@ Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const Sp
 /// @throws std::invalid_argument if a run has no phase plane; the message names the run
 Plot plot_phase_plane(const std::vector<PlotRun>& runs);
 
-}  // namespace balance
+}  // namespace balance::reports

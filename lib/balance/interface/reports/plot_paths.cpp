@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::reports {
 namespace {
 
 constexpr std::size_t max_listed_times = 4;  // of poses between start and end
@@ -60,19 +60,19 @@ std::vector<Eigen::Index> pose_rows(const VectorX& time, int count) {
   const double begin = time[0], end = time[time.size() - 1];
   for (int i = 0; i < count; ++i) {
     const double wanted = count > 1 ? begin + (end - begin) * i / (count - 1) : begin;
-    const Eigen::Index nearest = min_index((time.array() - wanted).abs().matrix());
+    const Eigen::Index nearest = numerics::min_index((time.array() - wanted).abs().matrix());
     if (rows.empty() || rows.back() != nearest) rows.push_back(nearest);
   }
   return rows;
 }
 
 /// "0.05 s".
-std::string time_text(double time, const DisplayUnit& unit) {
+std::string time_text(double time, const files::DisplayUnit& unit) {
   return fmt::format("{:.4g} {}", unit.convert(time), unit.name);
 }
 
 /// "t = 0.05 s", "t = 0.02, 0.04 s", or the spacing of many.
-std::string times_between(const VectorX& time, const std::vector<Eigen::Index>& rows, const DisplayUnit& unit) {
+std::string times_between(const VectorX& time, const std::vector<Eigen::Index>& rows, const files::DisplayUnit& unit) {
   const std::size_t count = rows.size() - 2;
   if (count > max_listed_times)
     return "every " + time_text((time[rows.back()] - time[rows.front()]) / static_cast<double>(rows.size() - 1), unit);
@@ -84,7 +84,7 @@ std::string times_between(const VectorX& time, const std::vector<Eigen::Index>& 
 
 /// Start and end in lines of their own weight, the poses between them thin. One entry of the legend for each kind.
 std::vector<Pose> list_poses(const PlotRun& run, int count, const std::string& colour, const std::string& prefix,
-                             const DisplayUnit& unit) {
+                             const files::DisplayUnit& unit) {
   const VectorX& time = run.result->time;
   const std::vector<Eigen::Index> rows = pose_rows(time, count);
   std::vector<Pose> poses;
@@ -169,12 +169,12 @@ void add_ground(const PlotRun& run, const Projection& projection, const DrawingS
 /// Draws one run into a panel.
 class PathPanelBuilder {
  public:
-  PathPanelBuilder(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units)
+  PathPanelBuilder(const std::vector<PlotRun>& runs, const PathView& view, const specification::SpecUnits& units)
       : runs_(runs),
         view_(view),
         projection_(projection_by_name(view.projection)),
-        length_(find_display_unit("m", units)),
-        time_(find_display_unit("s", units)) {
+        length_(files::find_display_unit("m", units)),
+        time_(files::find_display_unit("s", units)) {
     if (view_.poses == 0) return;
     std::vector<const Mechanism*> mechanisms;
     std::vector<const RunResult*> results;
@@ -248,7 +248,7 @@ class PathPanelBuilder {
   const std::vector<PlotRun>& runs_;
   const PathView& view_;
   Projection projection_;
-  DisplayUnit length_, time_;
+  files::DisplayUnit length_, time_;
   DrawingScale scale_;
   PlotMarker state_centres_{
       "centre of mass", MarkerShape::circle, make_line_style(1, 0).colour, {}};  ///< of this panel
@@ -272,7 +272,7 @@ std::size_t column_count(std::size_t panels) {
 
 }  // namespace
 
-Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units) {
+Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const specification::SpecUnits& units) {
   PathPanelBuilder builder(runs, view, units);
   Plot picture;
   picture.equal_axes = true;
@@ -294,4 +294,4 @@ Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const Sp
   return picture;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

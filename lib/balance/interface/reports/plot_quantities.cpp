@@ -5,7 +5,10 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::reports {
+
+using results::ColumnKind;
+
 namespace {
 
 /// A scalar or a vector: adjacent columns of a quantity that belong to one joint, one actuator, or none.
@@ -16,7 +19,7 @@ struct QuantityPart {
   std::string unit;
 };
 
-std::vector<std::string> vector_labels(Eigen::Index columns) { return axis_labels(static_cast<int>(columns)); }
+std::vector<std::string> vector_labels(Eigen::Index columns) { return results::axis_labels(static_cast<int>(columns)); }
 
 std::vector<QuantityPart> parts_of(const Quantity& quantity, const RunResult& result) {
   const Eigen::Index columns = quantity.samples->cols();
@@ -29,7 +32,7 @@ std::vector<QuantityPart> parts_of(const Quantity& quantity, const RunResult& re
     const Eigen::Index width = columns / static_cast<Eigen::Index>(names.size());
     for (std::size_t i = 0; i < names.size(); ++i)
       parts.push_back({names[i], static_cast<Eigen::Index>(i) * width,
-                       is_quaternion ? quaternion_labels()
+                       is_quaternion ? results::quaternion_labels()
                        : width > 1   ? vector_labels(width)
                                      : std::vector<std::string>(),
                        unit(i)});
@@ -46,14 +49,15 @@ std::vector<QuantityPart> parts_of(const Quantity& quantity, const RunResult& re
     case ColumnKind::body_axis:
     case ColumnKind::body_quaternion: return members(result.body_names);
     case ColumnKind::axis: return {{"", 0, vector_labels(columns), unit(0)}};
-    case ColumnKind::quaternion: return {{"", 0, quaternion_labels(), unit(0)}};
+    case ColumnKind::quaternion: return {{"", 0, results::quaternion_labels(), unit(0)}};
     case ColumnKind::single: break;
   }
   return {{"", 0, {}, unit(0)}};
 }
 
 std::string member_name(const Quantity& quantity, const QuantityPart& part) {
-  return part.member.empty() ? quantity.name : effort_display_name(quantity.name, part.unit) + "[" + part.member + "]";
+  return part.member.empty() ? quantity.name
+                             : results::effort_display_name(quantity.name, part.unit) + "[" + part.member + "]";
 }
 
 std::string joined(const std::string& a, const std::string& b) { return a.empty() || b.empty() ? a + b : a + " " + b; }
@@ -84,7 +88,7 @@ void add_part(PlotQuantity& plot, const Quantity& quantity, const QuantityPart& 
 std::string title_of(const Quantity& quantity, const std::string& unit) {
   std::string title = quantity.name;
   if (title == "torque" && unit == "N") return "actuator force";
-  title = effort_display_name(title, unit);
+  title = results::effort_display_name(title, unit);
   if (title.starts_with("com_")) title.replace(0, 3, "CoM");
   std::replace(title.begin(), title.end(), '_', ' ');
   return title;
@@ -99,7 +103,7 @@ PlotQuantity make_plot_quantity(const Quantity& quantity, const std::vector<Quan
     units.push_back(part.unit);
     add_part(plot, quantity, part, view);
   }
-  plot.unit = common_unit(units);
+  plot.unit = results::common_unit(units);
   plot.title = title_of(quantity, plot.unit);
   if (parts.size() == 1) plot.title = joined(plot.title, parts.front().member);
   if (plot.curves.size() == 1) plot.curves.front().label.clear();
@@ -140,14 +144,15 @@ std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const st
   if (name == iterations_name && result.newton_iterations.size() > 0)
     return PlotQuantity{name, "Newton iterations", "1", true, {{"", result.newton_iterations.cast<double>()}}};
   for (Quantity& quantity : list_sampled_quantities(result)) {
-    if (!name.starts_with(quantity.name) && !name.starts_with(effort_display_name(quantity.name, "N"))) continue;
+    if (!name.starts_with(quantity.name) && !name.starts_with(results::effort_display_name(quantity.name, "N")))
+      continue;
     const Samples samples = suppress_round_off(result, quantity.member);
     quantity.samples = &samples;
     const std::vector<QuantityPart> parts = parts_of(quantity, result);
     if (name == quantity.name) return make_plot_quantity(quantity, parts, name, view);
     for (const QuantityPart& part : parts) {
       const std::string part_name = member_name(quantity, part);
-      if (is_quantity_name(name, part_name)) return make_plot_quantity(quantity, {part}, part_name, view);
+      if (results::is_quantity_name(name, part_name)) return make_plot_quantity(quantity, {part}, part_name, view);
       for (std::size_t i = 0; i < part.components.size(); ++i)
         if (name == member_name(quantity, part) + "." + part.components[i])
           return make_component(quantity, part, i, name);
@@ -156,4 +161,4 @@ std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const st
   return std::nullopt;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

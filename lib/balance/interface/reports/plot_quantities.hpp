@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 /// What to draw of a vector if no component is named.
 enum class VectorView { magnitude, components, both };
@@ -32,4 +32,4 @@ std::vector<std::string> list_plot_names(const RunResult& result);
 /// std::nullopt if the result has no quantity of that name.
 std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const std::string& name, VectorView view);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -12,11 +12,11 @@
 
 #include <limits>
 
-namespace balance {
+namespace balance::reports {
 
 ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space, bool with_names) {
   const Study& study = space.start;
-  const std::vector<CoordinateValue> start = start_coordinates(study);
+  const std::vector<CoordinateValue> start = simulation::start_coordinates(study);
   reject_temporary_payloads(study, "conditions", &request.excluded);
   ConditionOptions options;
   options.seed = request.seed.value_or(options.seed);
@@ -30,22 +30,22 @@ ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const De
   view.strategy = request.strategy();
   view.conditions = derive(study.mechanism);
   if (view.conditions.status != ConditionsStatus::done) {
-    outcome.refusal = {name_of(view.conditions.status), view.conditions.reason};
+    outcome.refusal = {design::name_of(view.conditions.status), view.conditions.reason};
     return outcome;
   }
   if (with_names) {
     const DeriveConditions perturbed_derive =
         make_perturbed_deriver(derive, request.is_modular, options, start, study.mechanism, view.conditions);
-    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(space), perturbed_derive);
+    view.names = name_coefficients(study.mechanism, view.conditions, conditions::list_symbols(space), perturbed_derive);
   }
   view.numbers = study.free_numbers;
-  view.free_number_indices = probe_condition_variables(space, view.conditions, derive);
-  evaluate_conditions(view, assembled_at(study.mechanism, start), study.trajectories, options);
+  view.free_number_indices = design::probe_condition_variables(space, view.conditions, derive);
+  evaluate_conditions(view, simulation::assembled_at(study.mechanism, start), study.trajectories, options);
   if (!view.residuals.allFinite())
     outcome.refusal = {"overflow",
                        has_mass(study.mechanism)
                            ? "numbers overflow: the residuals of the conditions are too large to compute with"
-                           : no_mass_message};
+                           : model::no_mass_message};
   return outcome;
 }
 
@@ -53,26 +53,27 @@ RequestFailure find_failure(const DesignReport& report) {
   const Conditions& conditions = report.outcome.conditions;
   if (report.outcome.status != DesignStatus::unsolved) return {};
   // the conditions exist, so the objective has no value
-  return {conditions.status == ConditionsStatus::done ? "no-value" : name_of(conditions.status),
+  return {conditions.status == ConditionsStatus::done ? "no-value" : design::name_of(conditions.status),
           report.outcome.reason.empty() ? conditions.reason : report.outcome.reason};
 }
 
 namespace {
 
 /// Symbols in the design's own spec, as in the file that -o writes.
-std::vector<GeometricSymbol> symbols_of_design(const Study& study, const std::string& balanced,
-                                               const Mechanism& mechanism, std::vector<std::string>& notes) {
+std::vector<conditions::GeometricSymbol> symbols_of_design(const Study& study, const std::string& balanced,
+                                                           const Mechanism& mechanism,
+                                                           std::vector<std::string>& notes) {
   try {
-    return list_symbols(read_design_space(balanced, study.spec_file));
+    return conditions::list_symbols(read_design_space(balanced, study.spec_file));
   } catch (const SpecError& error) {
     notes.push_back("the designed spec needs a change before it can be read: " + error.summary());
-    return list_geometric_symbols(mechanism);
+    return conditions::list_geometric_symbols(mechanism);
   }
 }
 
 ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& options, const DesignSpace& space,
                                                    const std::string& balanced, DesignReport& report) {
-  const DesignOutcome& outcome = report.outcome;
+  const design::DesignOutcome& outcome = report.outcome;
   const Mechanism& mechanism = report.study_after.mechanism;
   ConditionsReportData view;
   view.title = space.start.mechanism.name;
@@ -83,14 +84,14 @@ ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& opt
     view.residuals = VectorX(0);
     return view;
   }
-  const FreeSprings loose = loose_springs_of(view.conditions, mechanism);
+  const dynamics::FreeSprings loose = loose_springs_of(view.conditions, mechanism);
   ConditionOptions condition_options;
   condition_options.loose_springs = loose;
   condition_options.excluded = options.excluded;
   condition_options.variable_terms = view.conditions.variable_terms;
   if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
   const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
-  const auto start = start_coordinates(space.start);
+  const auto start = simulation::start_coordinates(space.start);
   const DeriveConditions derive =
       make_conditions_deriver(view.conditions.goals, options.is_modular, condition_options, start);
   view.names = name_coefficients(
@@ -98,8 +99,8 @@ ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& opt
       make_perturbed_deriver(derive, options.is_modular, condition_options, start, mechanism, view.conditions));
   view.free_number_indices = outcome.condition_variables;
   view.free_number_indices.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
-  evaluate_conditions(view, assembled_at(mechanism, start_coordinates(space.start)), report.study_after.trajectories,
-                      condition_options);
+  evaluate_conditions(view, simulation::assembled_at(mechanism, simulation::start_coordinates(space.start)),
+                      report.study_after.trajectories, condition_options);
   return view;
 }
 
@@ -110,14 +111,14 @@ DesignReportData make_design_data(const DesignStudyOptions& options, const Desig
   DesignReportData view;
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
   view.objective = objective_text(terms);
-  view.objective_unit = objective_unit(terms, space.start.mechanism);
+  view.objective_unit = simulation::objective_unit(terms, space.start.mechanism);
   view.conditions = make_designed_conditions_data(options, space, balanced, report);
   const Eigen::Index rows = view.conditions.conditions.matrix.rows();
   view.residuals_before = report.outcome.residuals_before.size() == rows
                               ? report.outcome.residuals_before
                               : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
   for (const ObjectiveTerm& term : terms) view.trajectories.push_back(term.trajectory);
-  for (const FigureLimit& limit : space.start.design.subject_to)
+  for (const study::FigureLimit& limit : space.start.design.subject_to)
     for (const ObjectiveTerm& term : limit.terms) view.trajectories.push_back(term.trajectory);
   std::erase(view.trajectories, "");
   view.seconds = options.search.max_time;
@@ -126,4 +127,4 @@ DesignReportData make_design_data(const DesignStudyOptions& options, const Desig
   return view;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::reports {
 
 /// Why a request has no result: no conditions, no design.
 struct RequestFailure {
@@ -36,4 +36,4 @@ RequestFailure find_failure(const DesignReport& report);
 DesignReportData make_design_data(const DesignStudyOptions& options, const DesignSpace& space,
                                   const std::string& balanced, DesignReport report);
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -22,7 +22,15 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::reports {
+
+using files::Align;
+using files::DisplayUnit;
+using files::TextOptions;
+using hdf5::Hdf5Writer;
+using tolerance::QuantityTolerance;
+using tolerance::ToleranceReport;
+
 namespace {
 
 using Dimension = Hdf5Writer::Dimension;
@@ -31,18 +39,18 @@ using Group = Hdf5Writer::Group;
 // Every group has its own dimension, so that readers of one group see all its labels.
 Dimension add_number_labels(Hdf5Writer& file, Group group, const Tolerances& numbers) {
   std::vector<std::string> paths;
-  for (const TolerancedParameter& one : numbers) paths.push_back(one.path);
+  for (const study::TolerancedParameter& one : numbers) paths.push_back(one.path);
   return file.add_dimension(group, {"number", "key path in the spec", "1", {}, {}}, paths);
 }
 
 /// One entry per number and joint.
 void add_incompatible_parameter_table(Hdf5Writer& file, Group parent,
-                                      const std::vector<IncompatibleParameter>& openings) {
+                                      const std::vector<tolerance::IncompatibleParameter>& openings) {
   if (openings.empty()) return;
   const Group group = file.add_group(parent, "openings");
   std::vector<std::string> paths, joints, units;
   std::vector<double> gaps;
-  for (const IncompatibleParameter& one : openings) {
+  for (const tolerance::IncompatibleParameter& one : openings) {
     paths.push_back(one.key_path);
     joints.push_back(one.joint);
     units.push_back(one.unit);
@@ -60,11 +68,11 @@ void add_tolerances(Hdf5Writer& file, Group parent, const Tolerances& numbers) {
   const Dimension number = add_number_labels(file, group, numbers);
   std::vector<double> value, width, deviation;
   std::vector<std::string> distribution;
-  for (const TolerancedParameter& one : numbers) {
+  for (const study::TolerancedParameter& one : numbers) {
     value.push_back(one.value);
     width.push_back(one.width);
     deviation.push_back(one.deviation());
-    distribution.emplace_back(one.distribution == Distribution::normal ? "normal" : "uniform");
+    distribution.emplace_back(one.distribution == study::Distribution::normal ? "normal" : "uniform");
   }
   file.add_variable(group, {"value", "value in the spec, SI; parameters as written", "mixed", {number}, {}}, value);
   file.add_variable(group, {"width", "standard deviation; of uniform ones half of the interval", "mixed", {number}, {}},
@@ -86,10 +94,10 @@ class DeviationWriter {
     quantity_ = file.add_dimension(group, {"quantity", "quantity", "1", {}, {}}, names);
     number_ = add_number_labels(file, group, report.numbers);
     file.add_variable(group, {"unit", "unit of the quantity", "1", {quantity_}, {}}, units);
-    unit_ = common_unit(units);
+    unit_ = results::common_unit(units);
   }
 
-  void add_figure(const std::string& name, FigureDeviation QuantityTolerance::*figure) const {
+  void add_figure(const std::string& name, tolerance::FigureDeviation QuantityTolerance::*figure) const {
     add(name, "standard deviation of the " + name + " to first order", unit_,
         [&](const QuantityTolerance& one) { return (one.*figure).deviation; });
     add(name + "_rivals", "moments to which the " + name + " may move; 0: it stays where it is", "1",
@@ -156,17 +164,17 @@ void add_figures(Hdf5Writer& file, Group parent, const ToleranceReport& report) 
 
 }  // namespace
 
-void write_tolerance(const std::string& path, const ToleranceReportData& view, const Provenance& description,
-                     const WriteOptions& options) {
+void write_tolerance(const std::string& path, const ToleranceReportData& view, const files::Provenance& description,
+                     const files::WriteOptions& options) {
   if (!view.report) throw std::invalid_argument("only what is off along a trajectory is written");
-  AtomicFile pending(path, options.existing, options.temporary_tag);
+  files::AtomicFile pending(path, options.existing, options.temporary_tag);
   {
-    const bool compress = options.compression == Compression::gzip;
+    const bool compress = options.compression == files::Compression::gzip;
     Hdf5Writer file(pending.descriptor(), path,
                     compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
     write_source_attributes(file, description);
-    write_run_attributes(file, {}, description);
-    write_result_variables(file, {}, view.report->run, options);
+    files::write_run_attributes(file, {}, description);
+    files::write_result_variables(file, {}, view.report->run, options);
     const Group group = file.add_group("tolerance");
     write_deviation_variables(file, group, view.report->deviation, options);
     add_tolerances(file, group, view.numbers);
@@ -178,17 +186,17 @@ void write_tolerance(const std::string& path, const ToleranceReportData& view, c
   pending.commit(options.durability);
 }
 
-Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory,
-                                     const ToleranceCommand& command) {
-  Provenance description =
-      make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = trajectory.name});
+files::Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory,
+                                            const ToleranceCommand& command) {
+  files::Provenance description = files::make_simulation_provenance(
+      study, trajectory, {.spec_file = study.spec_file, .trajectory = trajectory.name});
   std::vector<std::string> arguments = {"balance", "tolerance",
                                         std::filesystem::path(study.spec_file).filename().string(), "--trajectory",
                                         trajectory.name};
   for (const std::string& quantity : command.of) arguments.insert(arguments.end(), {"--of", quantity});
   if (command.samples) arguments.insert(arguments.end(), {"--samples", fmt::format("{}", *command.samples)});
-  append_overrides(arguments, study);
-  description.command_line = join_command(std::move(arguments));
+  files::append_overrides(arguments, study);
+  description.command_line = files::join_command(std::move(arguments));
   return description;
 }
 
@@ -201,14 +209,14 @@ Json contributions_json(const Tolerances& numbers, const VectorX& values) {
   return json;
 }
 
-Json figure_json(const FigureDeviation& figure, const Tolerances& numbers) {
+Json figure_json(const tolerance::FigureDeviation& figure, const Tolerances& numbers) {
   return {{"value", figure.value},
           {"deviation", figure.deviation},
           {"by_number", contributions_json(numbers, figure.contributions)},
           {"rival_times", figure.extremum_times}};
 }
 
-Json worst_json(const WorstSample& worst, const ToleranceReport& report) {
+Json worst_json(const tolerance::WorstSample& worst, const ToleranceReport& report) {
   Json pose = Json::object();
   for (std::size_t c = 0; c < report.run.coordinate_names.size(); ++c)
     pose[report.run.coordinate_names[c]] = report.run.joint_position(worst.row, static_cast<Eigen::Index>(c));
@@ -238,7 +246,7 @@ Json report_json(const ToleranceReport& report) {
 
 Json incompatible_parameters_json(const ToleranceReportData& view) {
   Json openings = Json::array();
-  for (const IncompatibleParameter& one : incompatible_parameters_of(view))
+  for (const tolerance::IncompatibleParameter& one : incompatible_parameters_of(view))
     openings.push_back({{"number", one.key_path}, {"joint", one.joint}, {"gap", one.gap}, {"unit", one.unit}});
   return openings;
 }
@@ -246,9 +254,9 @@ Json incompatible_parameters_json(const ToleranceReportData& view) {
 Json sampling_json(const ToleranceReportData& view) {
   if (!view.sampling) return nullptr;
   Json figures = Json::array();
-  for (const SampledFigure& one : view.sampling->figures)
+  for (const tolerance::SampledFigure& one : view.sampling->figures)
     figures.push_back({{"quantity", one.quantity},
-                       {"figure", objective_term_name(one.figure)},
+                       {"figure", design::objective_term_name(one.figure)},
                        {"unit", one.unit},
                        {"mean", one.mean},
                        {"mean_error", one.mean_error},
@@ -267,9 +275,9 @@ Json sampling_json(const ToleranceReportData& view) {
 
 Json poses_at_rest_json(const ToleranceReportData& view) {
   if (!view.at_rest) return nullptr;
-  const StaticTolerance& static_tolerance = *view.at_rest;
+  const tolerance::StaticTolerance& static_tolerance = *view.at_rest;
   Json actuators = Json::array();
-  for (const StaticDeviation& one : static_tolerance.actuators) {
+  for (const tolerance::StaticDeviation& one : static_tolerance.actuators) {
     Json pose = Json::object();
     for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)
       pose[static_tolerance.coordinates[k]] = one.pose[static_cast<Eigen::Index>(k)];
@@ -289,10 +297,10 @@ Json poses_at_rest_json(const ToleranceReportData& view) {
 
 std::string tolerance_json(const ToleranceReportData& view) {
   Json numbers = Json::array();
-  for (const TolerancedParameter& one : view.numbers)
+  for (const study::TolerancedParameter& one : view.numbers)
     numbers.push_back({{"path", one.path},
                        {"value", one.value},
-                       {"distribution", one.distribution == Distribution::normal ? "normal" : "uniform"},
+                       {"distribution", one.distribution == study::Distribution::normal ? "normal" : "uniform"},
                        {"width", one.width},
                        {"deviation", one.deviation()}});
   Json json = {{"mechanism", view.mechanism}, {"numbers", std::move(numbers)}};
@@ -301,7 +309,7 @@ std::string tolerance_json(const ToleranceReportData& view) {
   json["first_order"] = view.report ? report_json(*view.report) : Json(nullptr);
   json["sampling"] = sampling_json(view);
   json["at_rest"] = poses_at_rest_json(view);
-  return format_json(json);
+  return files::format_json(json);
 }
 
 namespace {
@@ -309,10 +317,10 @@ namespace {
 constexpr double disagreement_threshold = 4;
 constexpr double min_listed_share = 0.005;
 
-std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
+std::string tolerance_number(double value) { return value == 0 ? "0" : files::format_number(value); }
 
 /// "0.12", with a star if other extrema compete, or "kink" if the figure has no derivative.
-std::string deviation_text(const FigureDeviation& figure, const DisplayUnit& unit) {
+std::string deviation_text(const tolerance::FigureDeviation& figure, const DisplayUnit& unit) {
   if (std::isnan(figure.deviation)) return "kink";
   return tolerance_number(unit.convert(figure.deviation)) + (figure.extremum_times.empty() ? "" : "*");
 }
@@ -331,15 +339,15 @@ std::string shares_text(const Tolerances& numbers, const VectorX& shares) {
 }
 
 std::string numbers_table(const Tolerances& numbers, const TextOptions& options) {
-  TextTable table{{"number", "unit", "value", "deviation", "distribution"},
-                  {Align::left, Align::left, Align::right, Align::right, Align::left},
-                  {},
-                  2};
-  for (const TolerancedParameter& one : numbers) {
+  files::TextTable table{{"number", "unit", "value", "deviation", "distribution"},
+                         {Align::left, Align::left, Align::right, Align::right, Align::left},
+                         {},
+                         2};
+  for (const study::TolerancedParameter& one : numbers) {
     const DisplayUnit unit = find_number_unit(one.path, options);
     table.rows.push_back({one.path, unit.name, tolerance_number(unit.convert(one.value)),
                           tolerance_number(unit.convert(one.deviation())),
-                          one.distribution == Distribution::normal
+                          one.distribution == study::Distribution::normal
                               ? "normal"
                               : fmt::format("uniform, ± {:.6g}", unit.convert(one.width))});
   }
@@ -349,22 +357,23 @@ std::string numbers_table(const Tolerances& numbers, const TextOptions& options)
 
 /// Numbers whose deviation would open joints.
 std::string format_incompatible_parameters(const ToleranceReportData& view, const TextOptions& options) {
-  const std::vector<IncompatibleParameter>& openings = incompatible_parameters_of(view);
+  const std::vector<tolerance::IncompatibleParameter>& openings = incompatible_parameters_of(view);
   if (openings.empty()) return "";
   std::string text =
       "\nover-constrained loops cannot follow these numbers on their own: their deviations would open joints, at "
       "least by the amounts listed. They are not included in ± and are not sampled\n";
-  TextTable table{{"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
-  for (const IncompatibleParameter& one : openings) {
-    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+  files::TextTable table{
+      {"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
+  for (const tolerance::IncompatibleParameter& one : openings) {
+    const DisplayUnit unit = files::find_display_unit(one.unit, options.units);
     table.rows.push_back({one.key_path, one.joint, tolerance_number(unit.convert(one.gap)), unit.name});
   }
   return text + format_table(table, options.width);
 }
 
 /// Peaks and ranges that may move to other moments, with these moments.
-std::string format_extremum_times(const ToleranceReport& report, const SpecUnits& units) {
-  const DisplayUnit unit = find_display_unit("s", units);
+std::string format_extremum_times(const ToleranceReport& report, const specification::SpecUnits& units) {
+  const DisplayUnit unit = files::find_display_unit("s", units);
   std::string text;
   for (const QuantityTolerance& one : report.quantities)
     for (const auto& [word, figure] : {std::pair{"peak", &one.peak}, {"range", &one.range}}) {
@@ -380,16 +389,16 @@ std::string format_extremum_times(const ToleranceReport& report, const SpecUnits
 }
 
 std::string figures_table(const ToleranceReport& report, const TextOptions& options) {
-  TextTable table{{"quantity", "unit", "peak", "±", "rms", "±", "expected rms", "mean", "±", "range", "±"},
-                  {Align::left, Align::left},
-                  {},
-                  2,
-                  {2, 4, 7, 9}};
+  files::TextTable table{{"quantity", "unit", "peak", "±", "rms", "±", "expected rms", "mean", "±", "range", "±"},
+                         {Align::left, Align::left},
+                         {},
+                         2,
+                         {2, 4, 7, 9}};
   table.align.resize(table.heading.size(), Align::right);
   for (const QuantityTolerance& one : report.quantities) {
-    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    const DisplayUnit unit = files::find_display_unit(one.unit, options.units);
     std::vector<std::string> row{one.quantity, unit_cell(unit)};
-    const auto add = [&](const FigureDeviation& figure) {
+    const auto add = [&](const tolerance::FigureDeviation& figure) {
       row.push_back(tolerance_number(unit.convert(figure.value)));
       row.push_back(deviation_text(figure, unit));
     };
@@ -404,18 +413,18 @@ std::string figures_table(const ToleranceReport& report, const TextOptions& opti
 }
 
 /// Unit of the heading of a column of poses; none if angles and slides are mixed: then each number has its own.
-DisplayUnit pose_unit(const ToleranceReport& report, const SpecUnits& units) {
+DisplayUnit pose_unit(const ToleranceReport& report, const specification::SpecUnits& units) {
   const std::vector<std::string>& si_units = report.run.coordinate_units;
   const bool is_mixed = std::adjacent_find(si_units.begin(), si_units.end(), std::not_equal_to<>()) != si_units.end();
-  return si_units.empty() || is_mixed ? DisplayUnit{} : find_display_unit(si_units.front(), units);
+  return si_units.empty() || is_mixed ? DisplayUnit{} : files::find_display_unit(si_units.front(), units);
 }
 
-std::string pose_text(const ToleranceReport& report, long row, const SpecUnits& units) {
+std::string pose_text(const ToleranceReport& report, long row, const specification::SpecUnits& units) {
   constexpr std::size_t max_listed_pose_coordinates = 4;
   const bool has_heading_unit = !pose_unit(report, units).name.empty();
   std::string text;
   for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c) {
-    const DisplayUnit unit = find_display_unit(report.run.coordinate_units[c], units);
+    const DisplayUnit unit = files::find_display_unit(report.run.coordinate_units[c], units);
     text += fmt::format("{}{} {:.4g}{}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
                         unit.convert(report.run.joint_position(row, static_cast<Eigen::Index>(c))),
                         has_heading_unit ? "" : append_unit(unit));
@@ -424,14 +433,14 @@ std::string pose_text(const ToleranceReport& report, long row, const SpecUnits& 
 }
 
 std::string worst_table(const ToleranceReport& report, const TextOptions& options) {
-  const DisplayUnit time = find_display_unit("s", options.units);
-  TextTable table{{"worst sample of", "unit", "time" + bracket_unit(time), "value", "±",
-                   "pose" + bracket_unit(pose_unit(report, options.units)), "main causes"},
-                  {Align::left, Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
-                  {}};
+  const DisplayUnit time = files::find_display_unit("s", options.units);
+  files::TextTable table{{"worst sample of", "unit", "time" + bracket_unit(time), "value", "±",
+                          "pose" + bracket_unit(pose_unit(report, options.units)), "main causes"},
+                         {Align::left, Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
+                         {}};
   for (const QuantityTolerance& one : report.quantities) {
     if (!(one.worst.deviation > 0)) continue;
-    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    const DisplayUnit unit = files::find_display_unit(one.unit, options.units);
     table.rows.push_back(
         {one.quantity, unit.name, fmt::format("{:.4g}", time.convert(one.worst.time)),
          tolerance_number(unit.convert(one.worst.value)), tolerance_number(unit.convert(one.worst.deviation)),
@@ -441,7 +450,7 @@ std::string worst_table(const ToleranceReport& report, const TextOptions& option
 }
 
 std::string report_text(const ToleranceReportData& view, const TextOptions& options) {
-  const DisplayUnit energy = find_display_unit("J", options.units);
+  const DisplayUnit energy = files::find_display_unit("J", options.units);
   const ToleranceReport& report = *view.report;
   std::string text = fmt::format("\nalong {}, to first order: ± is the standard deviation\n{}", view.trajectory,
                                  figures_table(report, options));
@@ -461,19 +470,19 @@ std::string report_text(const ToleranceReportData& view, const TextOptions& opti
 }
 
 std::string sampling_text(const ToleranceReportData& view, const TextOptions& options) {
-  const MonteCarloReport& sampling = *view.sampling;
+  const tolerance::MonteCarloReport& sampling = *view.sampling;
   std::string text = fmt::format("\n{} of {} draws, seed {}\n", sampling.run_count, view.draws.count, view.draws.seed);
   for (const auto& [reason, count] : sampling.rejections) text += fmt::format("  {} refused: {}\n", count, reason);
   if (sampling.figures.empty()) return text;
-  TextTable table{{"figure", "unit", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"},
-                  {Align::left, Align::left},
-                  {},
-                  2,
-                  {2, 4, 6, 9}};
+  files::TextTable table{{"figure", "unit", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"},
+                         {Align::left, Align::left},
+                         {},
+                         2,
+                         {2, 4, 6, 9}};
   table.align.resize(table.heading.size(), Align::right);
   constexpr const char* words[] = {"peak", "rms", "mean", "range"};
-  for (const SampledFigure& one : sampling.figures) {
-    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+  for (const tolerance::SampledFigure& one : sampling.figures) {
+    const DisplayUnit unit = files::find_display_unit(one.unit, options.units);
     const auto number = [&](double value) { return tolerance_number(unit.convert(value)); };
     const double standard_errors = sampling_disagreement(*view.report, one);
     table.rows.push_back({fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity), unit.name,
@@ -489,21 +498,22 @@ std::string sampling_text(const ToleranceReportData& view, const TextOptions& op
 }
 
 std::string poses_at_rest_text(const ToleranceReportData& view, const TextOptions& options) {
-  const StaticTolerance& static_tolerance = *view.at_rest;
+  const tolerance::StaticTolerance& static_tolerance = *view.at_rest;
   std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", static_tolerance.pose_count);
   text += static_tolerance.unreachable_count > 0
               ? fmt::format(", {} cannot be reached)\n", static_tolerance.unreachable_count)
               : ")\n";
-  const DisplayUnit angle = find_display_unit("rad", options.units);  // the only kind of independent coordinate here
-  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose" + bracket_unit(angle), "main causes"},
-                  {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
-                  {}};
-  for (const StaticDeviation& one : static_tolerance.actuators) {
+  const DisplayUnit angle =
+      files::find_display_unit("rad", options.units);  // the only kind of independent coordinate here
+  files::TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose" + bracket_unit(angle), "main causes"},
+                         {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
+                         {}};
+  for (const tolerance::StaticDeviation& one : static_tolerance.actuators) {
     std::string pose;
     for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)
       pose += fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", static_tolerance.coordinates[k],
                           angle.convert(one.pose[static_cast<Eigen::Index>(k)]));
-    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    const DisplayUnit unit = files::find_display_unit(one.unit, options.units);
     table.rows.push_back({one.actuator, unit.name, tolerance_number(unit.convert(one.deviation)),
                           tolerance_number(unit.convert(one.effort)), pose, shares_text(view.numbers, one.shares)});
   }
@@ -519,16 +529,17 @@ std::string tolerance_text(const ToleranceReportData& view, const TextOptions& o
   if (view.report) text += report_text(view, options);
   if (view.sampling) text += sampling_text(view, options);
   if (view.at_rest) text += poses_at_rest_text(view, options);
-  return wrap_lines(text, options.width);
+  return files::wrap_lines(text, options.width);
 }
 
-const std::vector<IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view) {
-  static const std::vector<IncompatibleParameter> none;
+const std::vector<tolerance::IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view) {
+  static const std::vector<tolerance::IncompatibleParameter> none;
   if (view.report) return view.report->incompatible_parameters;
   return view.at_rest ? view.at_rest->incompatible_parameters : none;
 }
 
-const FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity, Statistic figure) {
+const tolerance::FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity,
+                                                 Statistic figure) {
   for (const QuantityTolerance& one : report.quantities) {
     if (one.quantity != quantity) continue;
     switch (figure) {
@@ -543,10 +554,10 @@ const FigureDeviation* find_deviation(const ToleranceReport& report, const std::
   return nullptr;
 }
 
-double sampling_disagreement(const ToleranceReport& report, const SampledFigure& sampled) {
-  const FigureDeviation* first_order = find_deviation(report, sampled.quantity, sampled.figure);
+double sampling_disagreement(const ToleranceReport& report, const tolerance::SampledFigure& sampled) {
+  const tolerance::FigureDeviation* first_order = find_deviation(report, sampled.quantity, sampled.figure);
   if (first_order == nullptr || !(sampled.deviation_error > 0)) return std::numeric_limits<double>::quiet_NaN();
   return std::abs(sampled.deviation - first_order->deviation) / sampled.deviation_error;
 }
 
-}  // namespace balance
+}  // namespace balance::reports

@@ -11,31 +11,32 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::reports {
 
 struct ToleranceReportData {
   std::string mechanism, trajectory;
   Tolerances numbers;
-  std::optional<ToleranceReport> report;  ///< along the trajectory
-  std::optional<MonteCarloReport> sampling;
-  std::optional<StaticTolerance> at_rest;
-  MonteCarloOptions draws;
+  std::optional<tolerance::ToleranceReport> report;  ///< along the trajectory
+  std::optional<tolerance::MonteCarloReport> sampling;
+  std::optional<tolerance::StaticTolerance> at_rest;
+  tolerance::MonteCarloOptions draws;
 };
 
 /// Short name of a number: "cw1.mass".
-inline std::string tolerance_name(const TolerancedParameter& number) {
+inline std::string tolerance_name(const study::TolerancedParameter& number) {
   return number.path.substr(number.path.find('.') + 1);
 }
 
 /// Numbers that open joints, with the gaps.
-const std::vector<IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view);
+const std::vector<tolerance::IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view);
 
 /// Difference of the sampled and the first-order standard deviation, in standard errors; NaN if there is no standard
 /// error or no first-order deviation.
-double sampling_disagreement(const ToleranceReport& report, const SampledFigure& sampled);
+double sampling_disagreement(const tolerance::ToleranceReport& report, const tolerance::SampledFigure& sampled);
 
 /// The deviation of one of a quantity's figures; nullptr if the report does not have it.
-const FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity, Statistic figure);
+const tolerance::FigureDeviation* find_deviation(const tolerance::ToleranceReport& report, const std::string& quantity,
+                                                 Statistic figure);
 
 // A run and its deviations as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
@@ -43,8 +44,8 @@ const FigureDeviation* find_deviation(const ToleranceReport& report, const std::
 /// standard deviation of every sample, but no draws. Writes the complete file or none.
 /// @throws std::invalid_argument if the view has no report along a trajectory; SystemError,
 /// Cancelled as write_result_hdf5
-void write_tolerance(const std::string& path, const ToleranceReportData& view, const Provenance& description,
-                     const WriteOptions& options = {});
+void write_tolerance(const std::string& path, const ToleranceReportData& view, const files::Provenance& description,
+                     const files::WriteOptions& options = {});
 
 /// Request as given to `balance tolerance`.
 struct ToleranceCommand {
@@ -53,7 +54,8 @@ struct ToleranceCommand {
 };
 
 /// @param trajectory one of the study's, possibly with other samples
-Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory, const ToleranceCommand& command);
+files::Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory,
+                                            const ToleranceCommand& command);
 
 // Deviations of runs due to tolerances, as JSON and as text.
 
@@ -62,6 +64,6 @@ Provenance make_tolerance_provenance(const Study& study, const Trajectory& traje
 std::string tolerance_json(const ToleranceReportData& view);
 
 /// Deviations of runs due to tolerances, as text.
-std::string tolerance_text(const ToleranceReportData& view, const TextOptions& options = {});
+std::string tolerance_text(const ToleranceReportData& view, const files::TextOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::reports

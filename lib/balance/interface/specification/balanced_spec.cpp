@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace balance {
+namespace balance::specification {
+
+using study::TextReplacement;
 
 namespace {
 
@@ -44,16 +46,17 @@ std::string number_text(double value, double unit) {
 
 /// Cuts out the elements that are left out, with all rewrites inside them.
 std::vector<TextReplacement> cut_omitted_elements(const std::vector<TextReplacement>& rewrites,
-                                                  const std::vector<OptionalElementText>& omitted_elements) {
+                                                  const std::vector<study::OptionalElementText>& omitted_elements) {
   std::vector<TextReplacement> replacements;
   const auto is_omitted = [&](const TextReplacement& rewrite) {
-    return std::any_of(omitted_elements.begin(), omitted_elements.end(), [&](const OptionalElementText& element) {
-      return element.begin <= rewrite.begin && rewrite.begin < element.end && rewrite.end <= element.end;
-    });
+    return std::any_of(
+        omitted_elements.begin(), omitted_elements.end(), [&](const study::OptionalElementText& element) {
+          return element.begin <= rewrite.begin && rewrite.begin < element.end && rewrite.end <= element.end;
+        });
   };
   for (const TextReplacement& rewrite : rewrites)
     if (!is_omitted(rewrite)) replacements.push_back(rewrite);
-  for (const OptionalElementText& element : omitted_elements)
+  for (const study::OptionalElementText& element : omitted_elements)
     if (element.begin < element.end) replacements.push_back({element.begin, element.end, "", -1});
   std::stable_sort(replacements.begin(), replacements.end(),
                    [](const TextReplacement& a, const TextReplacement& b) { return a.begin < b.begin; });
@@ -63,7 +66,7 @@ std::vector<TextReplacement> cut_omitted_elements(const std::vector<TextReplacem
 }  // namespace
 
 std::string format_balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions,
-                                 const std::vector<OptionalElementText>& omitted_elements) {
+                                 const std::vector<study::OptionalElementText>& omitted_elements) {
   const std::size_t count = study.free_numbers.size();
   if (x.size() != static_cast<Eigen::Index>(count))
     throw std::invalid_argument(fmt::format("expected {} values of free numbers, found {}", count, x.size()));
@@ -88,4 +91,4 @@ std::string format_balanced_spec(const Study& study, const VectorX& x, const std
   return text;
 }
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::specification {
 
 /// The text that a study was read from, with numbers in place of its free ones and with the overrides of `--set`;
 /// comments, order and layout are preserved. Reading it without `--set` gives the mechanism at x.
@@ -15,6 +15,6 @@ namespace balance {
 /// @return every number is the shortest text that reads back to the same value, in the spec's own unit
 /// @throws std::invalid_argument if x or expressions have the wrong length or x is not finite
 std::string format_balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions = {},
-                                 const std::vector<OptionalElementText>& omitted_elements = {});
+                                 const std::vector<study::OptionalElementText>& omitted_elements = {});
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -6,13 +6,15 @@
 #include <map>
 #include <string>
 
-namespace balance {
-
+namespace balance::study {
 struct Study;
+}
+
+namespace balance::specification {
 
 /// Units of a spec: those that the mechanism has for messages, and the others, as SI values and names. A force has a
 /// unit of its own, which need not be that of forces in the spec.
-struct SpecUnits : DisplayUnits {
+struct SpecUnits : model::DisplayUnits {
   double mass = 1;   ///< [kg]
   double time = 1;   ///< [s]
   double force = 1;  ///< [N]
@@ -27,6 +29,6 @@ SpecUnits read_display_units(const std::string& spec_text);
 using NumberUnits = std::map<std::string, std::string>;
 
 /// Reads the study's text again.
-NumberUnits list_number_units(const Study& study);
+NumberUnits list_number_units(const study::Study& study);
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -25,10 +25,10 @@ bool holds_parameter_names(const std::string& path) {
 /// Whether the expression has a value if one of its names is 0.
 bool has_value_at_zero(const std::string& text, const std::string& name) {
   try {
-    return std::isfinite(parse_expression(text, [&](const std::string& other) {
+    return std::isfinite(expression::parse_expression(text, [&](const std::string& other) {
                            return Expression(other == name ? 0.0 : 1.0);
                          }).value());
-  } catch (const ExpressionError&) {
+  } catch (const expression::ExpressionError&) {
     return true;  // the reader reports what is wrong with it
   }
 }
@@ -72,7 +72,7 @@ class ParameterUses {
       visit(node.items[k], path + key);
     }
     if (node.kind != YamlNode::Kind::scalar || holds_parameter_names(path)) return;
-    for (const std::string& name : find_expression_names(node.text).values) add_use(name, node.text, path);
+    for (const std::string& name : expression::find_expression_names(node.text).values) add_use(name, node.text, path);
   }
 
   void add_use(const std::string& name, const std::string& text, const std::string& path) {

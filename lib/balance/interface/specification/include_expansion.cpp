@@ -228,11 +228,6 @@ ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, 
   return flat;
 }
 
-}  // namespace balance::specification
-
-namespace balance {
-
-namespace specification {
 namespace {
 
 /// Limits above those of a valid spec.
@@ -289,10 +284,9 @@ class FileListing {
 };
 
 }  // namespace
-}  // namespace specification
 
 std::vector<std::string> list_referenced_files(const std::string& spec_text, const std::string& spec_file) {
-  specification::FileListing listing;
+  FileListing listing;
   listing.add(spec_text, std::filesystem::path(spec_file).parent_path());
   return listing.take();
 }
@@ -314,10 +308,6 @@ std::vector<std::string> list_spec_files(const std::string& spec_text, const std
   add(spec_text);
   return files;
 }
-
-}  // namespace balance
-
-namespace balance::specification {
 
 namespace {
 

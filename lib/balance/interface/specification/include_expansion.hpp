@@ -47,10 +47,6 @@ bool has_includes(const YamlNode& root);
 ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, SpecErrorCollector& problems,
                                  const PartReader& text = read_part_text);
 
-}  // namespace balance::specification
-
-namespace balance {
-
 // The files that a spec consists of.
 
 /// Tables, parts, and the tables and parts of parts, with their folders; each once. A file that
@@ -62,4 +58,4 @@ std::vector<std::string> list_referenced_files(const std::string& spec_text, con
 /// no longer names them, so the file is read again.
 std::vector<std::string> list_spec_files(const std::string& spec_text, const std::string& spec_file);
 
-}  // namespace balance
+}  // namespace balance::specification

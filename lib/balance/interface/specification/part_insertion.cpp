@@ -382,7 +382,7 @@ class PartRenamer {
     switch (kind) {
       case ValueKind::number: {
         const auto parameter = [this](const std::string& name) { return prefixed(name); };
-        node.text = rename_expression_values(node.text, parameter);
+        node.text = expression::rename_expression_values(node.text, parameter);
         break;
       }
       case ValueKind::reference: node.text = reference(node.text); break;

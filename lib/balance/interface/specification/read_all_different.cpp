@@ -72,7 +72,7 @@ class AllDifferentReader {
 
   /// Such as one whose value `--set` replaces.
   std::optional<double> find_fixed_parameter(const std::string& name) const {
-    for (const NamedExpression& one : draft_.recording->parameters)
+    for (const study::NamedExpression& one : draft_.recording->parameters)
       if (one.is_plain && (one.name == name || "parameters." + one.name == name)) return one.value.value();
     return std::nullopt;
   }
@@ -131,7 +131,7 @@ class AllDifferentReader {
   }
 
   void check_shortage(const SpecCursor& list) const {
-    const std::string shortage = find_size_shortage({find_free_numbers(group_.paths, free_), {}}, free_);
+    const std::string shortage = study::find_size_shortage({find_free_numbers(group_.paths, free_), {}}, free_);
     if (!shortage.empty())
       list.fail({.expected = "at least as many sizes as numbers",
                  .found = shortage,

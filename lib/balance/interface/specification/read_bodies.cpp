@@ -29,7 +29,7 @@ Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::opti
                       const Vector3E& com);
 
 /// Fails unless some distribution of positive mass has this inertia about its CoM.
-void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner owner);
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, model::InertiaOwner owner);
 
 namespace {
 
@@ -41,7 +41,7 @@ struct AttachedKeys {
 
 int read_carrier(const SpecCursor& at, const StudyBuilder& draft) {
   const BodyId body = read_body(at, draft);
-  if (body == ground) at.fail({.expected = "a moving body", .found = "the ground"});
+  if (body == model::ground) at.fail({.expected = "a moving body", .found = "the ground"});
   return body;
 }
 
@@ -52,14 +52,14 @@ std::vector<Field> attached_fields(AttachedKeys& carried, StudyBuilder& draft) {
           {"inertia", Presence::optional, [&](const SpecCursor& c) { carried.inertia = c; }}};
 }
 
-void read_attachment(const SpecCursor& at, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
+void read_attachment(const SpecCursor& at, StudyBuilder& draft, model::AttachmentOf<Expression>& attachment) {
   AttachedKeys carried;
   PresenceKeys presence;
   std::vector<Field> fields = attached_fields(carried, draft);
   for (Field& field : presence_fields(at, attachment.kind, presence)) fields.push_back(std::move(field));
   read_fields(at, "a mass {body, at, mass}", fields);
   read_presence(presence, draft, attachment);
-  attachment.body = carried.body.value_or(ground);
+  attachment.body = carried.body.value_or(model::ground);
   if (carried.at)
     draft.problems.collect([&] { attachment.position = read_position(*carried.at, draft, carried.body); });
   if (carried.mass)
@@ -68,20 +68,20 @@ void read_attachment(const SpecCursor& at, StudyBuilder& draft, AttachmentOf<Exp
   if (!carried.inertia) return;
   draft.problems.collect([&] {
     attachment.inertia = read_inertia_value(*carried.inertia, draft);
-    check_inertia(*carried.inertia, attachment.inertia, draft, InertiaOwner::attachment);
+    check_inertia(*carried.inertia, attachment.inertia, draft, model::InertiaOwner::attachment);
   });
 }
 
 /// Keys of a disc, before they are assembled.
 struct DiscKeys {
   AttachedKeys carried;
-  std::optional<CoordinateCombinationOf<Expression>> follows;
+  std::optional<model::CoordinateCombinationOf<Expression>> follows;
   std::optional<SpecCursor> ratio, axis;
 };
 
 /// Direction of the followed joint's axis in the axes of the disc's body, in which it must be fixed.
 Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const DiscKeys& keys,
-                       const DiscOf<Expression>& disc) {
+                       const model::DiscOf<Expression>& disc) {
   if (!keys.carried.body || !keys.follows) throw CascadingError();
   const auto& mechanism = draft.mechanism();
   if (disc.follows.terms.size() > 1)
@@ -122,7 +122,7 @@ Matrix3E read_disc_inertia(const SpecCursor& at, StudyBuilder& draft, const Vect
 }
 
 /// @param sum whether it follows several coordinates, with ratios of their own
-Expression read_disc_ratio(const SpecCursor& at, StudyBuilder& draft, const DiscOf<Expression>& disc, bool sum) {
+Expression read_disc_ratio(const SpecCursor& at, StudyBuilder& draft, const model::DiscOf<Expression>& disc, bool sum) {
   const auto followed = static_cast<std::size_t>(disc.follows.terms[0].coordinate);
   const Dimension ratio_dimension =
       sum ? dimension::dimensionless : dimension::angle / dimension_of(draft.mechanism().coordinates[followed].kind);
@@ -132,10 +132,10 @@ Expression read_disc_ratio(const SpecCursor& at, StudyBuilder& draft, const Disc
   return ratio;
 }
 
-void assemble_disc(const SpecCursor& at, const DiscKeys& keys, StudyBuilder& draft, DiscOf<Expression>& disc) {
+void assemble_disc(const SpecCursor& at, const DiscKeys& keys, StudyBuilder& draft, model::DiscOf<Expression>& disc) {
   const AttachedKeys& carried = keys.carried;
   const auto guard = [&](auto&& read) { return draft.problems.collect(read); };
-  disc.body = carried.body.value_or(ground);
+  disc.body = carried.body.value_or(model::ground);
   disc.follows = keys.follows.value_or(0);
   if (carried.at) guard([&] { disc.position = read_position(*carried.at, draft, carried.body); });
   if (keys.ratio)
@@ -157,11 +157,11 @@ void assemble_disc(const SpecCursor& at, const DiscKeys& keys, StudyBuilder& dra
   if (carried.inertia)
     guard([&] {
       disc.inertia = read_disc_inertia(*carried.inertia, draft, disc.axis);
-      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, InertiaOwner::attachment);
+      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, model::InertiaOwner::attachment);
     });
 }
 
-void read_disc(const SpecCursor& at, StudyBuilder& draft, DiscOf<Expression>& disc) {
+void read_disc(const SpecCursor& at, StudyBuilder& draft, model::DiscOf<Expression>& disc) {
   DiscKeys keys;
   auto fields = attached_fields(keys.carried, draft);
   fields[0].read = [&](const SpecCursor& c) {
@@ -181,7 +181,7 @@ void read_disc(const SpecCursor& at, StudyBuilder& draft, DiscOf<Expression>& di
 
 void read_attachments(const SpecCursor& section, StudyBuilder& draft, AttachmentKind kind) {
   for (const Member& member : list_named_members(section, "a mapping of masses {body, at, mass}")) {
-    AttachmentOf<Expression> attachment;
+    model::AttachmentOf<Expression> attachment;
     attachment.name = member.name;
     attachment.kind = kind;
     draft.problems.collect([&] { read_attachment(member.value, draft, attachment); });
@@ -192,7 +192,7 @@ void read_attachments(const SpecCursor& section, StudyBuilder& draft, Attachment
 void read_discs(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member :
        list_named_members(section, "a mapping of discs {body, at, follows, ratio, mass, inertia}")) {
-    DiscOf<Expression> disc;
+    model::DiscOf<Expression> disc;
     disc.name = member.name;
     draft.problems.collect([&] { read_disc(member.value, draft, disc); });
     draft.mechanism().discs.push_back(std::move(disc));
@@ -201,7 +201,7 @@ void read_discs(const SpecCursor& section, StudyBuilder& draft) {
 
 namespace {
 
-void read_points(const SpecCursor& section, StudyBuilder& draft, BodyOf<Expression>& body) {
+void read_points(const SpecCursor& section, StudyBuilder& draft, model::BodyOf<Expression>& body) {
   for (const Member& member : list_named_members(section, "a mapping of points"))
     draft.problems.collect([&] {
       body.points.push_back({member.name, read_vector(member.value, draft, dimension::length)});
@@ -209,7 +209,7 @@ void read_points(const SpecCursor& section, StudyBuilder& draft, BodyOf<Expressi
 }
 
 /// Names points that could not be read, so that references to them are not reported too.
-void name_points(const SpecCursor& body_at, BodyOf<Expression>& body) {
+void name_points(const SpecCursor& body_at, model::BodyOf<Expression>& body) {
   const YamlNode& node = body_at.node();
   for (std::size_t i = 0; node.kind == YamlNode::Kind::map && i < node.items.size(); ++i) {
     if (node.keys[i].text != "points" || node.items[i].kind != YamlNode::Kind::map) continue;
@@ -232,7 +232,7 @@ bool is_declared_massless(const SpecCursor& body_at) {
 
 bool has_as_given_inertia(const BodyKeys& body) { return body.inertia && body.inertia->has_entry("as_given"); }
 
-void read_body_fields(const SpecCursor& at, StudyBuilder& draft, BodyOf<Expression>& body) {
+void read_body_fields(const SpecCursor& at, StudyBuilder& draft, model::BodyOf<Expression>& body) {
   BodyKeys keys;
   const Presence presence = is_declared_massless(at) ? Presence::optional : Presence::required;
   const bool read =
@@ -270,8 +270,8 @@ bool has_attached_elements(const MechanismOf<Expression>& mechanism, BodyId body
          (mechanism.tool && mechanism.tool->body == body);
 }
 
-void check_positive_mass(const BodyKeys& keys, const BodyOf<Expression>& body) {
-  if (keys.mass && !body.inertia_as_given && !is_valid_mass(body.mass.value(), values_of(body.inertia)))
+void check_positive_mass(const BodyKeys& keys, const model::BodyOf<Expression>& body) {
+  if (keys.mass && !body.inertia_as_given && !model::is_valid_mass(body.mass.value(), values_of(body.inertia)))
     keys.mass->fail({.kind = "must be positive", .expected = "a number > 0", .found = "0"});
 }
 
@@ -296,7 +296,7 @@ void check_name_prefix(const Member& body, const std::vector<Member>& bodies) {
 }  // namespace
 
 void read_ground(const SpecCursor& section, StudyBuilder& draft) {
-  BodyOf<Expression>& body = draft.mechanism().bodies[ground];
+  model::BodyOf<Expression>& body = draft.mechanism().bodies[model::ground];
   if (!read_fields(section, "the ground",
                    {{"points", Presence::optional, [&](const SpecCursor& c) { read_points(c, draft, body); }}}))
     name_points(section, body);
@@ -307,7 +307,7 @@ void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
     const auto members = list_named_members(section, "a mapping of bodies");
     if (members.empty()) section.fail_expected("at least one body");
     for (const Member& member : members) {
-      BodyOf<Expression> body;
+      model::BodyOf<Expression> body;
       body.name = member.name;
       draft.problems.collect([&] {
         if (member.name == "ground")
@@ -325,7 +325,7 @@ void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
 void check_massless_bodies(StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
   const bool is_massless =
-      !has_mass(convert_mechanism<double>(mechanism, [](const Expression& number) { return number.value(); }));
+      !has_mass(model::convert_mechanism<double>(mechanism, [](const Expression& number) { return number.value(); }));
   if (is_massless && draft.problems.is_empty())
     draft.study.warnings.push_back("bodies: no body has mass, so forces, efforts and balance cannot be determined");
   for (const auto& [index, keys] : draft.body_texts) {
@@ -406,7 +406,7 @@ InertiaKeys read_inertia_text(const SpecCursor& at, StudyBuilder& draft) {
 /// Warns of what would be a mistake without `as_given`.
 void warn_of_inertia(const SpecCursor& at, const Matrix3E& inertia, StudyBuilder& draft) {
   try {
-    check_inertia(at, inertia, draft, InertiaOwner::body);
+    check_inertia(at, inertia, draft, model::InertiaOwner::body);
   } catch (const ReadError& error) {
     const SourceLocation place{draft.problems.file_of(error.place), error.place.line, error.place.column, error.path};
     draft.study.warnings.push_back(place.text() + ": kept as given: " + error.message.text());
@@ -423,20 +423,21 @@ Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::opti
   if (keys.as_given)
     warn_of_inertia(at, inertia, draft);
   else
-    check_inertia(at, inertia, draft, InertiaOwner::body);
+    check_inertia(at, inertia, draft, model::InertiaOwner::body);
   return inertia;
 }
 
-void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner owner) {
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft,
+                   model::InertiaOwner owner) {
   const bool planar = draft.planar();
-  const InertiaCheck check = find_inertia_issue(values_of(inertia), planar, owner);
-  if (check.issue == InertiaIssue::none) return;
+  const model::InertiaCheck check = find_inertia_issue(values_of(inertia), planar, owner);
+  if (check.issue == model::InertiaIssue::none) return;
   const Vector3& principal = check.principal_moments;
-  const char* expected = check.issue == InertiaIssue::triangle_violated
+  const char* expected = check.issue == model::InertiaIssue::triangle_violated
                              ? "no principal moment above the sum of the other two"
-                         : !planar                     ? "a positive definite matrix"
-                         : owner == InertiaOwner::body ? "a positive one about its CoM"
-                                                       : "one that is not negative about its CoM";
+                         : !planar                            ? "a positive definite matrix"
+                         : owner == model::InertiaOwner::body ? "a positive one about its CoM"
+                                                              : "one that is not negative about its CoM";
   at.fail({.kind = "no body can have this inertia",
            .expected = expected,
            .found = planar ? fmt::format("{:.6g} kg m^2", principal[2])

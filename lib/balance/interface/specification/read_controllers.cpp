@@ -17,10 +17,12 @@
 
 namespace balance::specification {
 
+using study::ControllerType;
+
 // Initial deviation of a controlled run from its trajectory.
 
 /// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, planar with `angle`.
-void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error);
+void read_initial_error(const SpecCursor& at, StudyBuilder& draft, study::InitialError& error);
 
 // A controller's model of the mechanism, if it differs from the true one.
 
@@ -111,7 +113,7 @@ VectorX read_single(const SpecCursor& at, StudyBuilder& draft, Dimension dimensi
   return VectorX::Constant(1, read_fixed(at, draft, dimension, SignConstraint::positive));
 }
 
-void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& measurement) {
+void read_measurement(const SpecCursor& at, StudyBuilder& draft, study::Measurement& measurement) {
   const auto position = [](CoordinateKind kind) { return dimension_of(kind); };
   const auto rate = [](CoordinateKind kind) { return dimension_of(kind) / dimension::time; };
   const auto values = [&](VectorX& target, const DimensionOf& dimension) {
@@ -131,19 +133,19 @@ void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& me
                {"velocity", Presence::optional,
                 [&](const SpecCursor& c) {
                   measurement.velocity = c.read_choice("a source of velocities", {"measured", "difference"}) == 0
-                                             ? VelocitySource::measured
-                                             : VelocitySource::difference;
+                                             ? study::VelocitySource::measured
+                                             : study::VelocitySource::difference;
                 }},
                {"seed", Presence::optional, [&](const SpecCursor& c) {
-                  measurement.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, max_seed));
+                  measurement.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, study::max_seed));
                 }}});
-  if (noise && measurement.velocity == VelocitySource::difference)
+  if (noise && measurement.velocity == study::VelocitySource::difference)
     noise->fail(
         {.expected = "no 'velocity_noise' with 'velocity: difference', which takes its noise from the positions"});
 }
 
 void read_efforts(const std::optional<SpecCursor>& torque, const std::optional<SpecCursor>& table,
-                  const std::optional<SpecCursor>& file, StudyBuilder& draft, EffortTable& efforts) {
+                  const std::optional<SpecCursor>& file, StudyBuilder& draft, study::EffortTable& efforts) {
   const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
   if (torque) {
     efforts.time = {0};
@@ -187,7 +189,7 @@ class ControllerReader {
     controller_.name = member.name;
     std::vector<Field> fields{{"type", Presence::required, [&](const SpecCursor& c) {
                                  controller_.type = static_cast<ControllerType>(
-                                     c.read_choice("a type of controller", controller_type_names()));
+                                     c.read_choice("a type of controller", study::controller_type_names()));
                                }}};
     for (const char* key :
          {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
@@ -221,7 +223,7 @@ class ControllerReader {
       if (entries_.count("table") + entries_.count("file") == 0)
         c.fail({.expected = "no 'interpolation' without 'table' or 'file'"});
       if (!is_spline) return;
-      controller_.efforts.interpolation = EffortTable::Interpolation::spline;
+      controller_.efforts.interpolation = study::EffortTable::Interpolation::spline;
       const std::size_t rows = controller_.efforts.time.size();
       if (rows > 0 && rows < 4)
         c.fail({.expected = "'linear', or at least four rows for a spline", .found = fmt::format("{} rows", rows)});
@@ -300,13 +302,13 @@ class ControllerReader {
     });
     read_key("gravity", [&](const SpecCursor& c) {
       controller_.gravity = c.read_choice("a treatment of gravity", {"compensated", "ignored"}) == 0
-                                ? GravityCompensation::compensated
-                                : GravityCompensation::ignored;
+                                ? study::GravityCompensation::compensated
+                                : study::GravityCompensation::ignored;
     });
     read_key("projection", [&](const SpecCursor& c) {
       controller_.projection = c.read_choice("a projection", {"inertia", "identity"}) == 0
-                                   ? AccelerationProjection::inertia
-                                   : AccelerationProjection::identity;
+                                   ? study::AccelerationProjection::inertia
+                                   : study::AccelerationProjection::identity;
     });
   }
 
@@ -327,13 +329,13 @@ void read_controllers(const SpecCursor* section, const YamlNode& root, const Spe
       for (const Member& member : list_named_members(*section, "a mapping of controllers {type, …}", NameForm::simple))
         draft.problems.collect([&] { controllers.push_back(ControllerReader(root, overrides, draft).read(member)); });
     });
-  for (Controller& built_in : built_in_controllers())
+  for (Controller& built_in : study::built_in_controllers())
     if (std::none_of(controllers.begin(), controllers.end(),
                      [&](const Controller& controller) { return controller.name == built_in.name; }))
       controllers.push_back(std::move(built_in));
 }
 
-void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error) {
+void read_initial_error(const SpecCursor& at, StudyBuilder& draft, study::InitialError& error) {
   std::optional<SpecCursor> joints_entry, tool_entry, angle_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   std::vector<Field> fields{{"joints", Presence::optional, store_in(joints_entry)},

@@ -48,7 +48,7 @@ int read_max_count(const SpecCursor& at, StudyBuilder& draft, long element_count
   return static_cast<int>(value);
 }
 
-void read_element_names(const SpecCursor& at, const StudyBuilder& draft, CardinalityRequest& request) {
+void read_element_names(const SpecCursor& at, const StudyBuilder& draft, study::CardinalityRequest& request) {
   const std::vector<std::string> names = names_in_section(request.section, draft);
   request.elements.clear();
   request.is_whole_section = false;
@@ -59,15 +59,16 @@ void read_element_names(const SpecCursor& at, const StudyBuilder& draft, Cardina
       if (!draft.is_mechanism_valid) throw CascadingError();
       fail_expected_one_of(item, "one of the " + request.section, names);
     }
-    for (const OptionalElementText& other : request.elements)
+    for (const study::OptionalElementText& other : request.elements)
       if (other.name == name) item.fail({.expected = "each name only once", .found = item.describe_found() + " again"});
     request.elements.push_back({name});
   });
   if (at.node().items.empty()) at.fail_expected("at least one name");
 }
 
-CardinalityRequest read_cardinality_request(const std::string& section, const SpecCursor& at, StudyBuilder& draft) {
-  CardinalityRequest request{section, {}, true, -1};
+study::CardinalityRequest read_cardinality_request(const std::string& section, const SpecCursor& at,
+                                                   StudyBuilder& draft) {
+  study::CardinalityRequest request{section, {}, true, -1};
   for (const std::string& name : names_in_section(section, draft)) request.elements.push_back({name});
   if (has_free_numbers(draft) && draft.is_mechanism_valid && request.elements.empty())
     at.fail({.expected = section + " to choose from", .found = "none in the spec"});
@@ -126,8 +127,8 @@ class EntryText {
 
 }  // namespace
 
-std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft) {
-  std::vector<CardinalityRequest> requests;
+std::vector<study::CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft) {
+  std::vector<study::CardinalityRequest> requests;
   std::vector<Field> fields;
   for (const std::string& section : optional_sections)
     fields.push_back({section, Presence::optional, [&requests, &draft, section](const SpecCursor& c) {
@@ -140,13 +141,13 @@ std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, 
 
 void find_optional_element_texts(const YamlNode& root, Study& study) {
   const EntryText entry_text(study.spec_text);
-  for (CardinalityRequest& request : study.design.cardinality) {
+  for (study::CardinalityRequest& request : study.design.cardinality) {
     const YamlNode* section = find_entry(root, request.section);
     if (section == nullptr) continue;
     for (std::size_t i = 0; i < section->keys.size(); ++i) {
       const std::string& name = section->keys[i].text;
       const auto element = std::find_if(request.elements.begin(), request.elements.end(),
-                                        [&](const OptionalElementText& one) { return one.name == name; });
+                                        [&](const study::OptionalElementText& one) { return one.name == name; });
       if (element == request.elements.end()) continue;
       const Span span = entry_text.find_span(*section, i);
       element->begin = span.begin;
@@ -163,15 +164,19 @@ std::string read_search_method(const SpecCursor& at, const std::string& what, co
   return names[at.read_choice(what, names)];
 }
 
-void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& search) {
+void read_search(const SpecCursor& at, StudyBuilder& draft, study::SearchOptions& search) {
   read_fields(
       at, "search settings {global, local, seed, restarts, evaluations, seconds}",
       {{"global", Presence::optional,
-        [&](const SpecCursor& c) { search.global = read_search_method(c, "a global method", global_methods()); }},
+        [&](const SpecCursor& c) {
+          search.global = read_search_method(c, "a global method", study::global_methods());
+        }},
        {"local", Presence::optional,
-        [&](const SpecCursor& c) { search.local = read_search_method(c, "a local method", local_methods()); }},
+        [&](const SpecCursor& c) { search.local = read_search_method(c, "a local method", study::local_methods()); }},
        {"seed", Presence::optional,
-        [&](const SpecCursor& c) { search.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, max_seed)); }},
+        [&](const SpecCursor& c) {
+          search.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, study::max_seed));
+        }},
        {"restarts", Presence::optional,
         [&](const SpecCursor& c) { search.max_restarts = static_cast<int>(read_integer(c, draft, 1, 10'000)); },
         "starts"},
@@ -192,7 +197,7 @@ void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& searc
 }  // namespace
 
 void read_design(const SpecCursor& section, StudyBuilder& draft) {
-  DesignRequest& request = draft.study.design;
+  study::DesignRequest& request = draft.study.design;
   std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry, different_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
@@ -234,7 +239,7 @@ void require_weight(const SpecCursor& at, const std::vector<ObjectiveTerm>& term
   at.fail({.expected = "a figure with a weight > 0", .found = "none"});
 }
 
-void read_figures(const SpecCursor& at, StudyBuilder& draft, ParetoRequest& request) {
+void read_figures(const SpecCursor& at, StudyBuilder& draft, study::ParetoRequest& request) {
   const std::string what = "two or three figures, such as [added-mass, {rms: shaking_moment}]";
   const std::vector<SpecCursor> items = at.items(what);
   if (items.size() < 2 || items.size() > 3)
@@ -247,8 +252,8 @@ void read_figures(const SpecCursor& at, StudyBuilder& draft, ParetoRequest& requ
 
 }  // namespace
 
-ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft) {
-  ParetoRequest request;
+study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft) {
+  study::ParetoRequest request;
   if (!at.is_map()) {
     read_figures(at, draft, request);
     return request;
@@ -264,7 +269,7 @@ ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft) {
 std::vector<Goal> read_goals(const SpecCursor& at) {
   std::vector<Goal> goals;
   const auto read_one = [&](const SpecCursor& c) {
-    const Goal goal = *find_goal(goal_names()[c.read_choice("a goal", goal_names())]);
+    const Goal goal = *study::find_goal(study::goal_names()[c.read_choice("a goal", study::goal_names())]);
     if (std::find(goals.begin(), goals.end(), goal) != goals.end())
       c.fail({.expected = "each goal only once", .found = fmt::format("{} again", c.describe_found())});
     goals.push_back(goal);

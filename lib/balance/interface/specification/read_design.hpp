@@ -11,7 +11,7 @@ namespace balance::specification {
 
 /// Number of elements to keep per section (counterweights, discs or springs): a number, `least`, or
 /// `{from: names, most: one of these}`.
-std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft);
+std::vector<study::CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft);
 
 /// Finds the text of the elements that the study's choices offer; of all elements of a section if a choice names none.
 /// @param root document of the spec's text
@@ -20,7 +20,7 @@ void find_optional_element_texts(const YamlNode& root, Study& study);
 // Figures of a trade-off.
 
 /// A list of two or three figures, each as in `minimize`, or {of: such a list, points: number of designs}.
-ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft);
+study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft);
 
 // Goals of balancing, in specs and suites.
 

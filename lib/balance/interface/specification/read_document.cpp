@@ -58,7 +58,7 @@ void check_plausible_size(const Study& study, const Units& units, std::vector<st
 void check_plausible_inertias(const Study& study, std::vector<std::string>& warnings) {
   const double edge = 4 * characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   for (const Body& body : study.mechanism.bodies) {
-    const double largest = max_abs(body.inertia);
+    const double largest = numerics::max_abs(body.inertia);
     if (body.mass == 0 || largest <= mass * edge * edge) continue;
     warnings.push_back(
         fmt::format("bodies.{}: an inertia of {:.4g} kg m^2 with a mass of {:.4g} kg is that of a body of more "
@@ -160,7 +160,7 @@ void read_global_settings(const YamlNode& root, const SectionIndex& sections,
     mechanism.space = space == 0 ? SpaceKind::planar : SpaceKind::spatial;
   });
   if (const SpecCursor* units = sections["units"]) draft.units = read_units(*units);
-  draft.mechanism().units = static_cast<const DisplayUnits&>(draft.units);
+  draft.mechanism().units = static_cast<const model::DisplayUnits&>(draft.units);
   const SpecCursor* parameters = sections["parameters"];
   draft.parameters = SpecParameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
                                     list_added_element_parameters(root), *draft.recording, draft.problems);
@@ -213,7 +213,7 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
   read_global_settings(root, sections, overrides, draft);
   draft.mechanism().name = escape_for_terminal(std::filesystem::path(draft.study.spec_file).stem().string());
   read_mechanism(sections, draft);
-  draft.study.mechanism = convert_mechanism<double>(draft.mechanism(), value_of);
+  draft.study.mechanism = model::convert_mechanism<double>(draft.mechanism(), value_of);
   draft.is_mechanism_valid = draft.problems.is_empty();
   read_trajectories(sections["motion"], sections["trajectories"], draft);
   check_presence(draft);
@@ -221,7 +221,7 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
     if (!draft.problems.collect([&] { read_workspace(*workspace, draft); }))
       draft.problems.mark_invalid(workspace_name);
   for (const auto& trajectory : draft.trajectories())
-    draft.study.trajectories.push_back(cast_scalar<double>(trajectory, value_of));
+    draft.study.trajectories.push_back(trajectory::cast_scalar<double>(trajectory, value_of));
   if (const SpecCursor* speeds = sections["speeds"])
     draft.problems.collect([&] { draft.study.speeds = read_speeds(*speeds, draft); });
   read_controllers(sections["controllers"], root, overrides, draft);
@@ -293,7 +293,7 @@ Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_nam
   draft.mechanism().name = escape_for_terminal(std::filesystem::path(file_name).stem().string());
   read_mechanism(sections, draft);
   draft.problems.throw_if_any();
-  return convert_mechanism<double>(draft.mechanism(), value_of);
+  return model::convert_mechanism<double>(draft.mechanism(), value_of);
 }
 
 }  // namespace balance::specification

@@ -12,7 +12,7 @@ namespace balance::specification {
 
 struct ReadResult {
   Study start;  ///< at the start values
-  std::shared_ptr<const Recording> recording;
+  std::shared_ptr<const study::Recording> recording;
 };
 
 /// @throws SpecError listing everything that is wrong, in document order

@@ -37,7 +37,7 @@ LoadColumns load_columns(bool planar) {
   return result;
 }
 
-void assign_load_table(const TimeTable& table, const LoadColumns& columns, LoadOf<Expression>& load) {
+void assign_load_table(const TimeTable& table, const LoadColumns& columns, model::LoadOf<Expression>& load) {
   load.time = table.time;
   for (const auto& row : table.values) {
     Vector3E wrench[2] = {Vector3E::Zero(), Vector3E::Zero()};
@@ -51,7 +51,7 @@ void assign_load_table(const TimeTable& table, const LoadColumns& columns, LoadO
 }
 
 /// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
-void read_rows(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+void read_rows(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expression>& load) {
   LoadColumns columns = load_columns(draft.planar());
   const auto rows = at.items("a list of rows [time, force …, moment …]");
   const std::size_t forces = draft.planar() ? 2 : 3;
@@ -60,7 +60,7 @@ void read_rows(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& lo
 }
 
 /// `{time: […], force: [[…], …], moment: […]}`.
-void read_lists(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+void read_lists(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expression>& load) {
   std::optional<SpecCursor> force, moment;
   std::optional<SpecCursor> time;
   const bool read = read_fields(at, "a table {time, force, moment}",
@@ -115,7 +115,7 @@ void check_load_form(const SpecCursor& at, const LoadKeys& keys) {
     at.fail(std::move(error_message));
 }
 
-void read_load_values(const LoadKeys& keys, StudyBuilder& draft, LoadOf<Expression>& load) {
+void read_load_values(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
   if (keys.table && keys.table->is_map()) return read_lists(*keys.table, draft, load);
   if (keys.table) return read_rows(*keys.table, draft, load);
   if (keys.file) {
@@ -129,26 +129,27 @@ void read_load_values(const LoadKeys& keys, StudyBuilder& draft, LoadOf<Expressi
   load.moment.push_back(moment);
 }
 
-void read_load(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+void read_load(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expression>& load) {
   LoadKeys keys;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   const auto read_carrier = [&](const SpecCursor& c) {
     const BodyId body = read_body(c, draft);
-    if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
+    if (body == model::ground) c.fail({.expected = "a moving body", .found = "the ground"});
     keys.body = body;
   };
-  read_fields(at, "a load {body, at, force, moment}",
-              {{"body", Presence::required, read_carrier, "on"},
-               {"at", Presence::optional, store_in(keys.place)},
-               {"force", Presence::optional, store_in(keys.force)},
-               {"moment", Presence::optional, store_in(keys.moment)},
-               {"table", Presence::optional, store_in(keys.table)},
-               {"file", Presence::optional, store_in(keys.file)},
-               {"frame", Presence::optional, [&](const SpecCursor& c) {
-                  load.frame = c.read_choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
-                }}});
+  read_fields(
+      at, "a load {body, at, force, moment}",
+      {{"body", Presence::required, read_carrier, "on"},
+       {"at", Presence::optional, store_in(keys.place)},
+       {"force", Presence::optional, store_in(keys.force)},
+       {"moment", Presence::optional, store_in(keys.moment)},
+       {"table", Presence::optional, store_in(keys.table)},
+       {"file", Presence::optional, store_in(keys.file)},
+       {"frame", Presence::optional, [&](const SpecCursor& c) {
+          load.frame = c.read_choice("a frame", {"world", "body"}) == 0 ? model::Frame::world : model::Frame::body;
+        }}});
   if (!at.is_map()) return;
-  load.body = keys.body.value_or(ground);
+  load.body = keys.body.value_or(model::ground);
   if (!draft.problems.collect([&] { check_load_form(at, keys); })) return;
   if (keys.place) draft.problems.collect([&] { load.point = read_position(*keys.place, draft, keys.body); });
   read_load_values(keys, draft, load);
@@ -177,7 +178,7 @@ void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
     if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});
 }
 
-void read_spring(const SpecCursor& at, StudyBuilder& draft, SpringOf<Expression>& spring) {
+void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expression>& spring) {
   SpringKeys keys;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(at, "a spring {between or joint, stiffness}",
@@ -225,7 +226,7 @@ void read_dry_friction(const SpecCursor& at, StudyBuilder& draft, Dimension effo
 }
 
 void read_one_friction(const Member& member, StudyBuilder& draft) {
-  FrictionOf<Expression> friction;
+  model::FrictionOf<Expression> friction;
   friction.coordinate = find_coordinate(member.key, member.name, draft);
   const bool is_angle =
       draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
@@ -259,7 +260,7 @@ void read_one_friction(const Member& member, StudyBuilder& draft) {
 
 void read_loads(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member : list_named_members(section, "a mapping of loads {body, at, force}")) {
-    LoadOf<Expression> load;
+    model::LoadOf<Expression> load;
     load.name = member.name;
     draft.problems.collect([&] { read_load(member.value, draft, load); });
     draft.mechanism().loads.push_back(std::move(load));
@@ -268,7 +269,7 @@ void read_loads(const SpecCursor& section, StudyBuilder& draft) {
 
 void read_springs(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member : list_named_members(section, "a mapping of springs {between or joint, stiffness}")) {
-    SpringOf<Expression> spring;
+    model::SpringOf<Expression> spring;
     spring.name = member.name;
     draft.problems.collect([&] { read_spring(member.value, draft, spring); });
     draft.mechanism().springs.push_back(std::move(spring));

@@ -142,7 +142,7 @@ Vector3E perpendicular(const Vector3E& axis) {
   return choose(along_z, Vector3E(Vector3E::UnitX()), farthest);
 }
 
-void read_second_axis(const JointKeys& keys, StudyBuilder& draft, JointOf<Expression>& joint, bool first_read) {
+void read_second_axis(const JointKeys& keys, StudyBuilder& draft, model::JointOf<Expression>& joint, bool first_read) {
   if (joint.type == JointType::universal && keys.axis.has_value() != keys.axis2.has_value())
     (keys.axis ? *keys.axis : *keys.axis2)
         .fail({.expected = "both 'axis' and 'axis2' of a universal joint", .found = "only one of them"});
@@ -165,7 +165,7 @@ void read_second_axis(const JointKeys& keys, StudyBuilder& draft, JointOf<Expres
   joint.axis2 = choose(less(0, orthogonal.squaredNorm()), normalized(orthogonal), perpendicular(joint.axis));
 }
 
-void read_axes(const JointKeys& keys, StudyBuilder& draft, JointOf<Expression>& joint) {
+void read_axes(const JointKeys& keys, StudyBuilder& draft, model::JointOf<Expression>& joint) {
   const bool planar = draft.planar();
   const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
   joint.axis = default_x ? Vector3E::UnitX() : Vector3E::UnitZ();
@@ -181,7 +181,7 @@ void read_axes(const JointKeys& keys, StudyBuilder& draft, JointOf<Expression>& 
   if (keys.axis2) keys.axis2->fail({.expected = "no 'axis2': only universal, planar and rolling joints have one"});
 }
 
-void read_rotation(const JointKeys& keys, StudyBuilder& draft, JointOf<Expression>& joint) {
+void read_rotation(const JointKeys& keys, StudyBuilder& draft, model::JointOf<Expression>& joint) {
   if (keys.rpy && keys.quaternion) keys.quaternion->fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
   if (draft.planar()) {
     for (const auto& spatial : {keys.rpy, keys.quaternion})
@@ -196,13 +196,14 @@ void read_rotation(const JointKeys& keys, StudyBuilder& draft, JointOf<Expressio
 
 /// The wheel's centre is its radius to the left of the line, and moves along it as the wheel turns.
 /// @return the radius
-Expression read_wheel(const SpecCursor& radius, StudyBuilder& draft, JointOf<Expression>& joint) {
+Expression read_wheel(const SpecCursor& radius, StudyBuilder& draft, model::JointOf<Expression>& joint) {
   const Expression r = read_number(radius, draft, dimension::length, SignConstraint::positive);
   joint.point_first += r * Vector3E(-joint.axis.y(), joint.axis.x(), Expression(0));
   return r;
 }
 
-void read_shape(const SpecCursor& shape, const JointKeys& keys, const StudyBuilder& draft, JointOf<Expression>& joint) {
+void read_shape(const SpecCursor& shape, const JointKeys& keys, const StudyBuilder& draft,
+                model::JointOf<Expression>& joint) {
   if (!keys.rolls || draft.planar())
     shape.fail({.expected = keys.rolls ? "no 'shape': in the plane, what rolls is a wheel"
                                        : "no 'shape': only rolling joints have one"});
@@ -211,7 +212,7 @@ void read_shape(const SpecCursor& shape, const JointKeys& keys, const StudyBuild
 }
 
 /// @param radius set for a joint that rolls on a line
-void read_joint(const SpecCursor& at, StudyBuilder& draft, JointOf<Expression>& joint,
+void read_joint(const SpecCursor& at, StudyBuilder& draft, model::JointOf<Expression>& joint,
                 std::optional<Expression>& radius) {
   JointKeys keys;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
@@ -256,7 +257,7 @@ void couple_wheels(const std::map<int, Expression>& radii, StudyBuilder& draft) 
   for (std::size_t c = 0; c + 1 < coordinates.size(); ++c) {
     const auto wheel = radii.find(coordinates[c].joint);
     if (wheel == radii.end() || coordinates[c].index != 0) continue;
-    CouplingOf<Expression> coupling;
+    model::CouplingOf<Expression> coupling;
     coupling.follower = static_cast<int>(c);
     coupling.leader = static_cast<int>(c) + 1;
     coupling.ratio = -wheel->second;
@@ -286,7 +287,7 @@ void read_joints(const SpecCursor& section, StudyBuilder& draft) {
     if (members.empty()) section.fail_expected("at least one joint");
     std::map<int, Expression> radii;  // of joints that roll
     for (const Member& member : members) {
-      JointOf<Expression> joint;
+      model::JointOf<Expression> joint;
       joint.name = member.name;
       std::optional<Expression> radius;
       draft.problems.collect([&] { read_joint(member.value, draft, joint, radius); });
@@ -304,7 +305,7 @@ void read_joints(const SpecCursor& section, StudyBuilder& draft) {
 void check_connected(StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
   std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
-  reached[ground] = true;
+  reached[model::ground] = true;
   const auto index = [](BodyId body) { return static_cast<std::size_t>(body); };
   // A joint of the ground with itself is one whose ends could not be read.
   for (const auto& joint : mechanism.joints)
@@ -343,7 +344,7 @@ struct CouplingKeys {
   std::optional<CoordinateId> follower, leader;
 };
 
-bool read_ratio(const CouplingKeys& keys, StudyBuilder& draft, CouplingOf<Expression>& coupling) {
+bool read_ratio(const CouplingKeys& keys, StudyBuilder& draft, model::CouplingOf<Expression>& coupling) {
   const auto& coordinates = draft.mechanism().coordinates;
   const auto unit = [&](std::optional<CoordinateId> c) {
     return c ? dimension_of(coordinates[static_cast<std::size_t>(*c)].kind) : dimension::dimensionless;
@@ -370,7 +371,7 @@ bool is_rolling(const StudyBuilder& draft, CoordinateId coordinate) {
                      [&](const auto& wheel) { return wheel.follower == coordinate; });
 }
 
-void read_coupling(const SpecCursor& at, StudyBuilder& draft, CouplingGraph& leaders) {
+void read_coupling(const SpecCursor& at, StudyBuilder& draft, model::CouplingGraph& leaders) {
   auto& mechanism = draft.mechanism();
   CouplingKeys keys;
   const bool read = read_fields(at, "a coupling {joint, follows, ratio}",
@@ -389,7 +390,7 @@ void read_coupling(const SpecCursor& at, StudyBuilder& draft, CouplingGraph& lea
                                  {"ratio", has_several_leaders(at) ? Presence::optional : Presence::required,
                                   [&](const SpecCursor& c) { keys.ratio = c; }},
                                  {"offset", Presence::optional, [&](const SpecCursor& c) { keys.offset = c; }}});
-  CouplingOf<Expression> coupling;
+  model::CouplingOf<Expression> coupling;
   if (!read_ratio(keys, draft, coupling) || !read) return;
   coupling.follower = *keys.follower;
   if (keys.leader) coupling.leader = *keys.leader;
@@ -411,7 +412,7 @@ void read_coupling(const SpecCursor& at, StudyBuilder& draft, CouplingGraph& lea
 }  // namespace
 
 void read_couplings(const SpecCursor& section, StudyBuilder& draft) {
-  CouplingGraph leaders(draft.mechanism().coordinates.size());
+  model::CouplingGraph leaders(draft.mechanism().coordinates.size());
   for (const auto& wheel : draft.rolling_couplings)
     leaders[static_cast<std::size_t>(wheel.follower)] = coordinates_of(wheel.leader);
   for (const SpecCursor& item : section.items("a list of couplings {joint, follows, ratio}"))
@@ -437,8 +438,9 @@ void read_actuators(const SpecCursor& section, StudyBuilder& draft) {
 void read_tool(const SpecCursor& section, StudyBuilder& draft) {
   draft.problems.collect([&] {
     const PointReference point = read_reference(section, draft);
-    if (point.body == ground) section.fail({.expected = "a point of a moving body", .found = section.describe_found()});
-    draft.mechanism().tool = ToolOf<Expression>{point.body, point.name, point.position};
+    if (point.body == model::ground)
+      section.fail({.expected = "a point of a moving body", .found = section.describe_found()});
+    draft.mechanism().tool = model::ToolOf<Expression>{point.body, point.name, point.position};
   });
 }
 

@@ -33,7 +33,7 @@ bool is_name_of_container(const std::string& name, const std::string& path) {
 
 /// The number that a name under `for` stands for, and how to read its values.
 struct NamedLoad {
-  LoadParameter number;
+  study::LoadParameter number;
   SignConstraint sign = SignConstraint::none;
 };
 
@@ -45,7 +45,9 @@ struct NamedLoad {
 }
 
 std::optional<NamedLoad> find_parameter(const Member& member, const StudyBuilder& draft) {
-  const auto has_name = [&](const NamedExpression& one) { return is_name_of(member.name, "parameters." + one.name); };
+  const auto has_name = [&](const study::NamedExpression& one) {
+    return is_name_of(member.name, "parameters." + one.name);
+  };
   const auto& parameters = draft.recording->parameters;
   const auto parameter = std::find_if(parameters.begin(), parameters.end(), has_name);
   if (parameter == parameters.end()) return std::nullopt;
@@ -118,13 +120,13 @@ VectorX read_values(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& 
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-void require_new(const Member& member, const NamedLoad& load, const std::vector<LoadParameter>& existing) {
-  for (const LoadParameter& one : existing)
+void require_new(const Member& member, const NamedLoad& load, const std::vector<study::LoadParameter>& existing) {
+  for (const study::LoadParameter& one : existing)
     if (one.path == load.number.path) fail_at(member.key, quote_for_message(member.name) + ", which is already listed");
 }
 
 /// All combinations; the last number changes first.
-void read_product(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
+void read_product(const SpecCursor& at, StudyBuilder& draft, study::LoadCases& cases) {
   std::vector<VectorX> lists;
   Eigen::Index count = 1;
   bool is_valid = true;
@@ -153,7 +155,7 @@ void read_product(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
 }
 
 /// One mapping per case, all with the same names.
-void read_listed(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
+void read_listed(const SpecCursor& at, StudyBuilder& draft, study::LoadCases& cases) {
   const std::vector<SpecCursor> items = at.items("cases {name: value}");
   const auto count = static_cast<Eigen::Index>(items.size());
   if (count < 2 || count > max_load_cases)
@@ -214,16 +216,16 @@ void register_free_load_name(const std::string& path, StudyBuilder& draft) {
   if (!draft.load_names.empty()) draft.load_numbers.push_back({path, 1, SignConstraint::none, std::nullopt});
 }
 
-void read_load_cases(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
+void read_load_cases(const SpecCursor& at, StudyBuilder& draft, study::LoadCases& cases) {
   if (at.is_list())
     read_listed(at, draft, cases);
   else
     read_product(at, draft, cases);
 }
 
-CaseAggregation read_case_aggregation(const SpecCursor& at) {
-  return at.read_choice("a way to combine the cases", {"worst", "mean"}) == 0 ? CaseAggregation::worst
-                                                                              : CaseAggregation::mean;
+study::CaseAggregation read_case_aggregation(const SpecCursor& at) {
+  return at.read_choice("a way to combine the cases", {"worst", "mean"}) == 0 ? study::CaseAggregation::worst
+                                                                              : study::CaseAggregation::mean;
 }
 
 std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& draft) {

@@ -18,8 +18,8 @@ Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, co
 void register_free_load_name(const std::string& path, StudyBuilder& draft);
 
 /// @param at the mapping or the list under `for`
-void read_load_cases(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases);
-CaseAggregation read_case_aggregation(const SpecCursor& at);
+void read_load_cases(const SpecCursor& at, StudyBuilder& draft, study::LoadCases& cases);
+study::CaseAggregation read_case_aggregation(const SpecCursor& at);
 /// Reads names of free numbers, or of elements that contain some. @return the paths of the numbers
 std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& draft);
 

@@ -34,14 +34,14 @@ namespace {
     std::vector<std::string> names;
     for (const Attachment& attachment : mechanism.attachments) names.push_back(attachment.name);
     for (const Disc& disc : mechanism.discs) names.push_back(disc.name);
-    if (find_by_name(mechanism.bodies, text) != nullptr)
+    if (study::find_by_name(mechanism.bodies, text) != nullptr)
       at.fail({.expected = "a point, body.point",
                .found = quote_for_message(text),
                .hint = "the body's own frame is " + quote_for_message(text + ".origin")});
     fail("body.point, or the name of a counterweight, payload or disc", text, names);
   }
   const std::string body_name = text.substr(0, dot), point_name = text.substr(dot + 1);
-  const Body* body = find_by_name(mechanism.bodies, body_name);
+  const Body* body = study::find_by_name(mechanism.bodies, body_name);
   std::vector<std::string> names;
   if (body == nullptr) {
     if (problems.is_uncertain("bodies." + body_name)) throw CascadingError();
@@ -58,9 +58,9 @@ namespace {
 }
 
 /// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
-Landmark read_landmark(const SpecCursor& at, const Study& study) {
+model::Landmark read_landmark(const SpecCursor& at, const Study& study) {
   const std::string& text = at.read_word("a point, body.point or a counterweight's name");
-  if (const std::optional<Landmark> landmark = find_landmark(study.mechanism, text)) return *landmark;
+  if (const std::optional<model::Landmark> landmark = find_landmark(study.mechanism, text)) return *landmark;
   fail_unknown_landmark(at, text, study.mechanism);
 }
 
@@ -126,8 +126,8 @@ void check_points(const TextPart& name, const Study& study) {
   }
   if (const std::size_t about = text.find(" about "); about != std::string::npos) {
     const TextPart point = name.part(about + 7, text.size());
-    const Landmark landmark = read_landmark(point.cursor(), study);
-    if (locate_landmark(study.mechanism, landmark).body != ground)
+    const model::Landmark landmark = read_landmark(point.cursor(), study);
+    if (locate_landmark(study.mechanism, landmark).body != model::ground)
       point.cursor().fail({.expected = "a point of the ground", .found = quote_for_message(point.text())});
   }
 }
@@ -173,20 +173,20 @@ bool can_lack_trajectories(const SpecCursor& at) {
 }  // namespace
 
 std::string read_quantity(const SpecCursor& at, const Study& study) {
-  const auto names = list_metric_names(study.mechanism);
+  const auto names = results::list_metric_names(study.mechanism);
   const SpecErrorCollector& problems = at.problems();
-  const std::string text = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
+  const std::string text = at.is_scalar() ? results::resolve_quantity_name(at.node().text, names) : "";
   if (std::find(names.begin(), names.end(), text) != names.end()) return text;
   if (problems.is_uncertain("actuators") || problems.is_uncertain("joints")) throw CascadingError();
   if (!at.is_scalar()) return names[at.read_choice("a quantity", names)];
   std::string mistake;
-  if (const auto described = describe_quantity(study.mechanism, text, mistake)) return described->name;
+  if (const auto described = results::describe_quantity(study.mechanism, text, mistake)) return described->name;
   check_points(TextPart(at, 0, at.node().text.size()), study);
   const bool is_unknown = mistake.starts_with("no run has");
   const auto is_mixed = [&](const std::string& name) { return name.starts_with(text + "["); };
   if (!is_unknown && std::none_of(names.begin(), names.end(), is_mixed))
     at.fail({.expected = "a quantity of a run", .found = quote_for_message(at.node().text), .hint = mistake});
-  std::vector<std::string> all = list_quantities(study.mechanism);
+  std::vector<std::string> all = results::list_quantities(study.mechanism);
   all.insert(all.begin(), names.begin(), names.end());
   at.fail({.expected = fmt::format("a quantity ({})", join_alternatives(names)),
            .found = at.describe_found(),
@@ -235,10 +235,11 @@ double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters,
 
 void require_deviations(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
   if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure ||
-      term.deviation_multiple || term.figure == Statistic::minimum || !has_gradients(study.mechanism, term.quantity))
+      term.deviation_multiple || term.figure == Statistic::minimum ||
+      !results::has_gradients(study.mechanism, term.quantity))
     at.fail({.expected = "peak, rms, mean, range or maximum of a quantity of simulate or of one of its components",
              .found = at.describe_found()});
-  const Trajectory* trajectory = find_by_name(study.trajectories, term.trajectory);
+  const Trajectory* trajectory = study::find_by_name(study.trajectories, term.trajectory);
   if (trajectory != nullptr && is_mechanism_dependent(*trajectory))
     at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
              .found = quote_for_message(term.trajectory)});
@@ -250,7 +251,7 @@ namespace {
 void read_over(const SpecCursor& at, const Study& study) {
   at.read_choice("a set of poses", {workspace_name});
   if (at.problems().is_uncertain(workspace_name)) throw CascadingError();
-  if (find_by_name(study.trajectories, workspace_name) == nullptr)
+  if (study::find_by_name(study.trajectories, workspace_name) == nullptr)
     at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
 }
 
@@ -487,12 +488,7 @@ std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParame
   return terms;
 }
 
-}  // namespace balance::specification
-
-namespace balance {
-
 std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
-  using namespace specification;
   SpecErrorCollector problems = SpecErrorCollector::of_option("--minimize");
   std::vector<ObjectiveTerm> terms;
   problems.collect([&] {
@@ -506,20 +502,16 @@ std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& 
   return terms;
 }
 
-}  // namespace balance
-
-namespace balance::specification {
-
 namespace {
 
 class LimitReader {
  public:
   explicit LimitReader(StudyBuilder& draft) : draft_(draft) {}
 
-  FigureLimit read(const SpecCursor& at) {
+  study::FigureLimit read(const SpecCursor& at) {
     const TextPart whole(at, 0, at.read_word(limit_example).size());
     const std::size_t relation = find_relation(whole);
-    FigureLimit limit;
+    study::FigureLimit limit;
     limit.text = whole.text();
     limit.is_lower = whole.text()[relation] == '>';
     const TextPart left = whole.part(0, relation), right = whole.part(relation + 2, whole.text().size());
@@ -544,7 +536,7 @@ class LimitReader {
     return first;
   }
 
-  static void require_alone(const FigureLimit& limit, const SpecCursor& at) {
+  static void require_alone(const study::FigureLimit& limit, const SpecCursor& at) {
     for (const ObjectiveTerm& term : limit.terms)
       if (is_distance_from_trouble(term) && (limit.terms.size() > 1 || term.weight != 1))
         at.fail({.expected = "mobility and clearance on their own, not in a sum",
@@ -553,9 +545,9 @@ class LimitReader {
 
   /// Empty if the terms have several.
   std::string common_unit_of(const std::vector<ObjectiveTerm>& terms) const {
-    const std::string unit = unit_of_term(draft_.study.mechanism, terms.front());
+    const std::string unit = simulation::unit_of_term(draft_.study.mechanism, terms.front());
     const bool is_common = std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
-      return unit_of_term(draft_.study.mechanism, term) == unit;
+      return simulation::unit_of_term(draft_.study.mechanism, term) == unit;
     });
     return is_common ? unit : "";
   }
@@ -565,10 +557,10 @@ class LimitReader {
 
 }  // namespace
 
-std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft) {
+std::vector<study::FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft) {
   LimitReader reader(draft);
   if (!at.is_list()) return {reader.read(at)};
-  std::vector<FigureLimit> limits;
+  std::vector<study::FigureLimit> limits;
   for (const SpecCursor& item : at.items("a list of limits"))
     at.problems().collect([&] { limits.push_back(reader.read(item)); });
   if (at.node().items.empty()) at.fail_expected("at least one limit");

@@ -24,6 +24,6 @@ std::string default_trajectory_name(const SpecCursor& at, const Study& study);
 // Limits on figures of a design.
 
 /// `peak(torque[A1]) <= 12`, or a list of limits.
-std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);
+std::vector<study::FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);
 
 }  // namespace balance::specification

@@ -10,11 +10,9 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::specification {
 
 namespace {
-
-using namespace specification;
 
 /// Converts `A1=0.3, J.slide=2` to YAML. Only a comma or the end may follow a value.
 std::string to_yaml_mapping(const std::string& text) {
@@ -37,7 +35,7 @@ std::string to_yaml_mapping(const std::string& text) {
 
 }  // namespace
 
-PoseTarget read_pose(const std::string& text, const Study& study) {
+trajectory::PoseTarget read_pose(const std::string& text, const Study& study) {
   StudyBuilder draft = make_option_builder(study, "--at");
   TrajectoryOf<Expression> trajectory;  // poses are converted as part of a trajectory
   draft.problems.collect([&] {
@@ -48,7 +46,7 @@ PoseTarget read_pose(const std::string& text, const Study& study) {
     trajectory.from = specification::read_pose(SpecCursor(root, "", draft.problems), draft);
   });
   draft.problems.throw_if_any();
-  return cast_scalar<double>(trajectory, [](const Expression& x) { return x.value(); }).from;
+  return trajectory::cast_scalar<double>(trajectory, [](const Expression& x) { return x.value(); }).from;
 }
 
 std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, const char* option, const Study& study) {
@@ -66,8 +64,6 @@ std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, cons
 
 namespace {
 
-using namespace specification;
-
 /// An option must not have free numbers.
 void require_numbers(const Member& member) {
   if (member.value.is_scalar()) return;
@@ -77,9 +73,9 @@ void require_numbers(const Member& member) {
 
 }  // namespace
 
-std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
+std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
   StudyBuilder draft = make_option_builder(study, option);
-  std::vector<GeneralisedSpeed> speeds;
+  std::vector<model::GeneralisedSpeed> speeds;
   draft.problems.collect([&] {
     require_text(text, "speeds");
     const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
@@ -96,4 +92,4 @@ std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* o
   return speeds;
 }
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -15,8 +15,8 @@ namespace balance::specification {
 inline StudyBuilder make_option_builder(const Study& study, const char* option) {
   StudyBuilder draft(study.spec_file);
   draft.study = study;
-  draft.mechanism() = convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  static_cast<DisplayUnits&>(draft.units) = study.mechanism.units;
+  draft.mechanism() = model::convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
+  static_cast<model::DisplayUnits&>(draft.units) = study.mechanism.units;
   draft.problems = SpecErrorCollector::of_option(option);
   return draft;
 }
@@ -27,16 +27,12 @@ inline void require_text(const std::string& text, const char* what) {
     throw ReadError({}, "", {.expected = what, .found = "an empty text"});
 }
 
-}  // namespace balance::specification
-
-namespace balance {
-
 // Speeds from the command line.
 
 /// @param text YAML, with or without braces: `v: tool.u, w: {A: 0.5, B: -0.5}`; terms of a speed and units of factors
 /// are as in a spec's `constraints` (interface/specification/read_speeds.hpp)
 /// @param option its name in messages
 /// @throws SpecError whose file is the option
-std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study);
+std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study);
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -17,6 +17,8 @@
 
 namespace balance::specification {
 
+using trajectory::Component;
+
 namespace {
 
 constexpr int max_corridor_knots = 100;
@@ -41,8 +43,8 @@ Dimension width_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& 
 /// Only a path without corners has a defined distance to every side.
 void read_centreline(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   read_path(at, draft, trajectory);
-  if (trajectory.corridor || std::holds_alternative<WaypointPathOf<Expression>>(trajectory.path) ||
-      std::holds_alternative<TablePathOf<Expression>>(trajectory.path))
+  if (trajectory.corridor || std::holds_alternative<trajectory::WaypointPathOf<Expression>>(trajectory.path) ||
+      std::holds_alternative<trajectory::TablePathOf<Expression>>(trajectory.path))
     at.fail({.expected = "line, {circle: …} or {arc: …}: a corridor needs a path without corners and bends of its own",
              .found = "another path"});
 }
@@ -59,14 +61,14 @@ void check_corridor_trajectory(const SpecCursor& at, const TrajectoryOf<Expressi
   if (trajectory.start_speed.value() != 0 || trajectory.end_speed.value() != 0)
     at.fail({.expected = "no corridor with 'speeds': the motion starts and ends at rest"});
   for (const auto& task : trajectory.secondary_tasks) {
-    const auto* spline = std::get_if<SplineTaskOf<Expression>>(&task.kind);
+    const auto* spline = std::get_if<trajectory::SplineTaskOf<Expression>>(&task.kind);
     if (spline == nullptr || spline->over_time)
       at.fail({.expected = "no corridor with a spline over time or a kept momentum"});
   }
 }
 
 double radius_of(const TrajectoryOf<Expression>& trajectory) {
-  const auto* circle = std::get_if<CirclePathOf<Expression>>(&trajectory.path);
+  const auto* circle = std::get_if<trajectory::CirclePathOf<Expression>>(&trajectory.path);
   const auto& start = trajectory.drive == DriveKind::tool ? trajectory.from.tool : trajectory.from.com;
   if (circle == nullptr || !start) return std::numeric_limits<double>::infinity();
   const Vector3 outward = values_of(*start) - values_of(circle->centre), axis = values_of(circle->normal).normalized();
@@ -88,7 +90,7 @@ SpecCursor corridor_centreline(const SpecCursor& path) {
 
 void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   std::optional<SpecCursor> along_entry, width_entry;
-  CorridorOf<Expression> corridor;
+  trajectory::CorridorOf<Expression> corridor;
   const bool read = read_fields(at, "a corridor {along, width}",
                                 {{"along", Presence::required, [&](const SpecCursor& c) { along_entry = c; }},
                                  {"width", Presence::required, [&](const SpecCursor& c) { width_entry = c; }},
@@ -116,7 +118,7 @@ namespace {
 
 /// The point that the drive moves, if the spec gives it: the centre of mass of a pose given by
 /// joints is known only later.
-std::optional<Vector3E> moved_point(const PoseTargetOf<Expression>& pose, DriveKind drive) {
+std::optional<Vector3E> moved_point(const trajectory::PoseTargetOf<Expression>& pose, DriveKind drive) {
   return drive == DriveKind::tool ? pose.tool : pose.com;
 }
 
@@ -126,10 +128,10 @@ void require_moved_point(const SpecCursor& at, const TrajectoryOf<Expression>& t
              .found = "one for a point in the plane or in space"});
 }
 
-CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
-                                     const TrajectoryOf<Expression>& trajectory) {
+trajectory::CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
+                                                 const TrajectoryOf<Expression>& trajectory) {
   require_moved_point(at, trajectory);
-  CirclePathOf<Expression> circle;
+  trajectory::CirclePathOf<Expression> circle;
   std::optional<SpecCursor> centre_entry, angle_entry;
   const auto read_centre = [&](const SpecCursor& c) {
     if (centre_entry) c.fail({.expected = "'centre' only once", .found = "it again in another spelling"});
@@ -163,9 +165,10 @@ CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
   return circle;
 }
 
-ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory) {
+trajectory::ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft,
+                                           const TrajectoryOf<Expression>& trajectory) {
   require_moved_point(at, trajectory);
-  ArcPathOf<Expression> arc;
+  trajectory::ArcPathOf<Expression> arc;
   std::optional<SpecCursor> via_entry;
   const bool read = read_fields(at, "an arc {via}", {{"via", Presence::required, [&](const SpecCursor& c) {
                                                         via_entry = c;
@@ -182,7 +185,7 @@ ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft, const 
 }
 
 void read_times(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory,
-                WaypointPathOf<Expression>& path) {
+                trajectory::WaypointPathOf<Expression>& path) {
   if (is_mechanism_dependent(trajectory.law.kind))
     at.fail({.expected = "no 'times' with a law that is searched for: it determines when waypoints are passed"});
   const auto times = at.items("a list of times");
@@ -201,16 +204,16 @@ void read_times(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Ex
   });
 }
 
-WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& draft,
-                                          const TrajectoryOf<Expression>& trajectory) {
-  WaypointPathOf<Expression> path;
+trajectory::WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& draft,
+                                                      const TrajectoryOf<Expression>& trajectory) {
+  trajectory::WaypointPathOf<Expression> path;
   const DriveRequirements requirements{trajectory.drive, trajectory.components};
   std::optional<SpecCursor> times_entry;
   const bool read = read_fields(at, "waypoints",
                                 {{"waypoints", Presence::required,
                                   [&](const SpecCursor& c) {
                                     read_each(c.items("a list of poses"), [&](const SpecCursor& item) {
-                                      PoseTargetOf<Expression> pose;
+                                      trajectory::PoseTargetOf<Expression> pose;
                                       if (!draft.problems.collect([&] { pose = read_pose(item, draft); }))
                                         throw CascadingError();
                                       check_pose(item, pose, requirements, draft);
@@ -302,9 +305,9 @@ std::vector<TableColumn> possible_columns(const StudyBuilder& draft, DriveKind d
 }
 
 /// The pose that one row of the table prescribes.
-PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::vector<int>& columns,
-                                 const StudyBuilder& draft, DriveKind drive) {
-  PoseTargetOf<Expression> pose;
+trajectory::PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::vector<int>& columns,
+                                             const StudyBuilder& draft, DriveKind drive) {
+  trajectory::PoseTargetOf<Expression> pose;
   Vector3E position = Vector3E::Zero(), rotation = Vector3E::Zero();
   bool has_position = false, has_rotation = false;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -342,7 +345,7 @@ void assign_path_table(const SpecCursor& at, const TimeTable& table, StudyBuilde
   trajectory.to = pose_of(table.values.back(), table.columns, draft, trajectory.drive);
   trajectory.duration = table.time.back() - table.time.front();
   check_duration(at, trajectory.duration.value());
-  trajectory.path = TablePathOf<Expression>{table.time, table.values};
+  trajectory.path = trajectory::TablePathOf<Expression>{table.time, table.values};
 }
 
 /// Sorts the columns in the order of Component, as the drive expects them. A file may have them in any order.

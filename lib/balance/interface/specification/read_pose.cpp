@@ -20,8 +20,8 @@ void require_tool(const SpecCursor& at, const StudyBuilder& draft) {
 
 }  // namespace
 
-PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
-  PoseTargetOf<Expression> pose;
+trajectory::PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
+  trajectory::PoseTargetOf<Expression> pose;
   std::vector<Field> fields{
       {"tool", Presence::optional,
        [&](const SpecCursor& c) {
@@ -55,14 +55,14 @@ PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
   return pose;
 }
 
-void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& requirements,
-                const StudyBuilder& draft) {
+void check_pose(const SpecCursor& at, const trajectory::PoseTargetOf<Expression>& pose,
+                const DriveRequirements& requirements, const StudyBuilder& draft) {
   const auto has = [&](auto... c) {
     return ((std::find(requirements.components.begin(), requirements.components.end(), c) !=
              requirements.components.end()) ||
             ...);
   };
-  using enum Component;
+  using enum trajectory::Component;
   switch (requirements.drive) {
     case DriveKind::joints:
       if (pose.joints.empty())
@@ -88,16 +88,16 @@ void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, cons
 namespace {
 
 /// The first value of each coordinate.
-std::map<int, CoordinateValueOf<Expression>> by_coordinate(const PoseTargetOf<Expression>& pose) {
-  std::map<int, CoordinateValueOf<Expression>> values;
+std::map<int, model::CoordinateValueOf<Expression>> by_coordinate(const trajectory::PoseTargetOf<Expression>& pose) {
+  std::map<int, model::CoordinateValueOf<Expression>> values;
   for (const auto& value : pose.joints) values.emplace(value.coordinate, value);
   return values;
 }
 
 }  // namespace
 
-void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
-                DriveKind drive, const StudyBuilder& draft) {
+void match_pose(const SpecCursor& at, trajectory::PoseTargetOf<Expression>& pose,
+                const trajectory::PoseTargetOf<Expression>& model, DriveKind drive, const StudyBuilder& draft) {
   const auto require_same = [&](bool in_pose, bool in_model, const char* what) {
     if (in_pose != in_model)
       at.fail({.expected = "the same quantities in all poses of a trajectory",
@@ -109,7 +109,7 @@ void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const Pose
   }
   if (drive != DriveKind::joints) return;
   const auto values = by_coordinate(pose), model_values = by_coordinate(model);
-  std::vector<CoordinateValueOf<Expression>> ordered;
+  std::vector<model::CoordinateValueOf<Expression>> ordered;
   for (const auto& model_value : model.joints) {
     const auto match = values.find(model_value.coordinate);
     const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(model_value.coordinate)].name;
@@ -127,7 +127,7 @@ void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const Pose
   pose.joints = ordered;
 }
 
-bool overrides_pose(const PoseTargetOf<Expression>& pose, DriveKind drive) {
+bool overrides_pose(const trajectory::PoseTargetOf<Expression>& pose, DriveKind drive) {
   const bool has_joints = !pose.joints.empty(), has_point = pose.tool || pose.com;
   return drive == DriveKind::joints ? !has_joints && has_point
                                     : drive == DriveKind::tool && !pose.tool && (has_joints || pose.com);

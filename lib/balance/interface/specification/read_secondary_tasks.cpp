@@ -96,8 +96,8 @@ void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft,
 
 namespace {
 
-using SecondaryTaskE = SecondaryTaskOf<Expression>;
-using SplineTaskE = SplineTaskOf<Expression>;
+using SecondaryTaskE = trajectory::SecondaryTaskOf<Expression>;
+using SplineTaskE = trajectory::SplineTaskOf<Expression>;
 
 Dimension task_dimension(const SecondaryTaskE& task, const StudyBuilder& draft) {
   if (task.coordinate < 0) return dimension::angle;

@@ -8,7 +8,7 @@
 
 namespace balance::specification {
 
-using KeptMomentumE = MomentumTaskOf<Expression>;
+using KeptMomentumE = trajectory::MomentumTaskOf<Expression>;
 
 /// `zero`, a value, `{table: [[time, value], …]}` or `{file: momentum.csv}`. The axis is −1 if a spatial
 /// mechanism's component is not given.

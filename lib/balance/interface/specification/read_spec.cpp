@@ -9,25 +9,25 @@
 
 #include <utility>
 
-namespace balance {
+namespace balance::specification {
 
 SpecDocument::SpecDocument(std::string text) : text_(std::move(text)) {
-  specification::SpecErrorCollector problems("");
+  SpecErrorCollector problems("");
   try {
-    auto root = std::make_shared<const specification::YamlNode>(specification::parse_yaml(text_, problems));
+    auto root = std::make_shared<const YamlNode>(parse_yaml(text_, problems));
     if (problems.is_empty()) root_ = std::move(root);
-  } catch (const specification::ReadError&) {
+  } catch (const ReadError&) {
     // without a root, reading parses the text again and rejects it
   } catch (const SpecError&) {
   }
 }
 
 Study read_spec(const SpecDocument& document, const std::string& file_name, const ReadOptions& options) {
-  return specification::read_start_study(document.text(), document.root(), file_name, options.set);
+  return read_start_study(document.text(), document.root(), file_name, options.set);
 }
 
 Study read_spec(const std::string& text, const std::string& file_name, const ReadOptions& options) {
-  return specification::read_start_study(text, nullptr, file_name, options.set);
+  return read_start_study(text, nullptr, file_name, options.set);
 }
 
 Study read_spec_file(const std::string& path, const ReadOptions& options) {
@@ -35,7 +35,7 @@ Study read_spec_file(const std::string& path, const ReadOptions& options) {
 }
 
 DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options) {
-  specification::ReadResult reading = specification::read_study(text, file_name, options.set);
+  ReadResult reading = read_study(text, file_name, options.set);
   return {std::move(reading.start), std::move(reading.recording)};
 }
 
@@ -45,7 +45,7 @@ DesignSpace read_design_space_file(const std::string& path, const ReadOptions& o
 
 TolerancedDesignSpace read_toleranced_space(const std::string& text, const std::string& file_name,
                                             const ReadOptions& options) {
-  specification::ReadResult reading = specification::read_study(text, file_name, options.set);
+  ReadResult reading = read_study(text, file_name, options.set);
   Tolerances tolerances = reading.start.tolerances;
   return {{std::move(reading.start), std::move(reading.recording)}, std::move(tolerances)};
 }
@@ -59,7 +59,7 @@ namespace {
 using specification::find_entry;
 using specification::YamlNode;
 
-void collect(const YamlNode& node, const std::string& path, SpecNumberTexts& texts) {
+void collect(const YamlNode& node, const std::string& path, study::SpecNumberTexts& texts) {
   if (node.kind == YamlNode::Kind::scalar) texts.numbers[path] = node.text;
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool map = node.kind == YamlNode::Kind::map;
@@ -79,11 +79,11 @@ std::string value_text(const YamlNode& value) {
 
 }  // namespace
 
-SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options) {
-  SpecNumberTexts texts;
+study::SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options) {
+  study::SpecNumberTexts texts;
   texts.recording = space.recording;
-  specification::SpecErrorCollector problems("");
-  const YamlNode root = specification::parse_yaml(space.start.spec_text, problems);
+  SpecErrorCollector problems("");
+  const YamlNode root = parse_yaml(space.start.spec_text, problems);
   collect(root, "", texts);
   if (const YamlNode* section = find_entry(root, "parameters");
       section != nullptr && section->kind == YamlNode::Kind::map)
@@ -91,7 +91,7 @@ SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptio
       texts.parameters.push_back({section->keys[i].text, value_text(section->items[i])});
   for (const auto& [name, value] : options.set) {
     texts.numbers[name] = value;
-    for (ParameterText& parameter : texts.parameters)
+    for (study::ParameterText& parameter : texts.parameters)
       if (parameter.name == name) parameter.text = value;
   }
   return texts;
@@ -101,21 +101,20 @@ SpecUnits read_display_units(const std::string& spec_text) {
   const SpecDocument document(spec_text);
   const YamlNode* units = document.root() == nullptr ? nullptr : find_entry(*document.root(), "units");
   if (units == nullptr) return {};
-  specification::SpecErrorCollector problems("");
+  SpecErrorCollector problems("");
   try {
-    const specification::Units read = specification::read_units(specification::SpecCursor(*units, "units", problems));
+    const Units read = read_units(SpecCursor(*units, "units", problems));
     return static_cast<const SpecUnits&>(read);  // what messages need besides is not displayed
-  } catch (const specification::ReadError&) {
+  } catch (const ReadError&) {
     return {};
   }
 }
 
 NumberUnits list_number_units(const Study& study) {
   NumberUnits units;
-  for (const auto& [path, dimension] :
-       specification::read_number_dimensions(study.spec_text, study.spec_file, study.overrides))
-    units[path] = specification::unit_of_dimension(dimension);
+  for (const auto& [path, dimension] : read_number_dimensions(study.spec_text, study.spec_file, study.overrides))
+    units[path] = unit_of_dimension(dimension);
   return units;
 }
 
-}  // namespace balance
+}  // namespace balance::specification

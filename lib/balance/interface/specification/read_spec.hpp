@@ -10,11 +10,9 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::specification {
 
-namespace specification {
 struct YamlNode;
-}
 
 struct ReadOptions {
   /// Parameters to override, name and value; the value may be an expression over the other parameters.
@@ -33,11 +31,11 @@ class SpecDocument {
   explicit SpecDocument(std::string text);
   const std::string& text() const { return text_; }
   /// nullptr if the text is wrong.
-  const specification::YamlNode* root() const { return root_.get(); }
+  const YamlNode* root() const { return root_.get(); }
 
  private:
   std::string text_;
-  std::shared_ptr<const specification::YamlNode> root_;
+  std::shared_ptr<const YamlNode> root_;
 };
 
 /// @throws SpecError as above
@@ -62,7 +60,7 @@ std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& 
 /// @param text `A1=0.3,A2=0.5` (joint coordinates), or YAML as in a trajectory, with or without braces:
 /// `tool: [0.1, 0.2], angle: 0`
 /// @throws SpecError whose file is `--at`
-PoseTarget read_pose(const std::string& text, const Study& study);
+trajectory::PoseTarget read_pose(const std::string& text, const Study& study);
 
 /// Rates or accelerations of joint coordinates, in the spec's units of length and angle and in seconds.
 /// @param text `A1=1,A2=-2` @param option its name in messages
@@ -83,6 +81,16 @@ TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const 
 // Texts of a spec's numbers.
 
 /// @param options those with which the space was read
-SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options = {});
+study::SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options = {});
+
+}  // namespace balance::specification
+
+namespace balance {
+
+using specification::read_design_space;
+using specification::read_design_space_file;
+using specification::read_spec;
+using specification::read_spec_file;
+using specification::ReadOptions;
 
 }  // namespace balance

@@ -14,12 +14,12 @@ namespace {
 
 struct VelocityComponent {
   const char* name;
-  GeneralisedSpeedTerm::Kind kind;
+  model::GeneralisedSpeedTerm::Kind kind;
   int index;
   bool planar, spatial;
 };
 
-using enum GeneralisedSpeedTerm::Kind;
+using enum model::GeneralisedSpeedTerm::Kind;
 constexpr VelocityComponent velocity_components[]{
     {"x", velocity, 0, true, true},
     {"y", velocity, 1, true, true},
@@ -36,7 +36,9 @@ constexpr VelocityComponent velocity_components[]{
     {"r", angular_velocity_body, 2, false, true},
 };
 
-bool is_turning(GeneralisedSpeedTerm::Kind kind) { return kind == angular_velocity || kind == angular_velocity_body; }
+bool is_turning(model::GeneralisedSpeedTerm::Kind kind) {
+  return kind == angular_velocity || kind == angular_velocity_body;
+}
 
 const VelocityComponent* find_component(const std::string& name, bool planar) {
   for (const VelocityComponent& component : velocity_components)
@@ -82,7 +84,8 @@ std::string component_list(bool planar) {
 }
 
 /// The name of a coordinate takes precedence over that of a place.
-GeneralisedSpeedTermOf<Expression> term_of(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
+model::GeneralisedSpeedTermOf<Expression> term_of(const SpecCursor& at, const std::string& name,
+                                                  const StudyBuilder& draft) {
   const auto& coordinates = draft.mechanism().coordinates;
   for (std::size_t c = 0; c < coordinates.size(); ++c)
     if (coordinates[c].name == name) return {.index = static_cast<int>(c)};
@@ -102,24 +105,24 @@ GeneralisedSpeedTermOf<Expression> term_of(const SpecCursor& at, const std::stri
   if (point->name.empty() && !is_turning(component->kind))
     at.fail({.expected = fmt::format("a point of the body, as in '{}.origin.{}'", name.substr(0, dot), component->name),
              .found = quote_for_message(name)});
-  GeneralisedSpeedTermOf<Expression> term;
-  term.kind = static_cast<GeneralisedSpeedTermOf<Expression>::Kind>(component->kind);
+  model::GeneralisedSpeedTermOf<Expression> term;
+  term.kind = static_cast<model::GeneralisedSpeedTermOf<Expression>::Kind>(component->kind);
   term.index = component->index;
   term.body = point->body;
   if (!is_turning(component->kind)) term.position = point->position;
   return term;
 }
 
-bool is_length(const GeneralisedSpeedTermOf<Expression>& term, const StudyBuilder& draft) {
-  using Kind = GeneralisedSpeedTermOf<Expression>::Kind;
+bool is_length(const model::GeneralisedSpeedTermOf<Expression>& term, const StudyBuilder& draft) {
+  using Kind = model::GeneralisedSpeedTermOf<Expression>::Kind;
   if (term.kind != Kind::coordinate) return term.kind == Kind::velocity || term.kind == Kind::velocity_body;
   return draft.mechanism().coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
 }
 
 }  // namespace
 
-GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& draft) {
-  GeneralisedSpeedOf<Expression> speed{member.name, {}};
+model::GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& draft) {
+  model::GeneralisedSpeedOf<Expression> speed{member.name, {}};
   if (member.value.is_scalar()) {
     speed.terms.push_back(
         term_of(member.value, member.value.read_word("a joint coordinate or a component of a motion"), draft));
@@ -144,16 +147,17 @@ GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& dr
   return speed;
 }
 
-GeneralisedSpeed value_of(const GeneralisedSpeedOf<Expression>& speed) {
-  GeneralisedSpeed out{speed.name, {}};
+model::GeneralisedSpeed value_of(const model::GeneralisedSpeedOf<Expression>& speed) {
+  model::GeneralisedSpeed out{speed.name, {}};
   for (const auto& term : speed.terms)
-    out.terms.push_back({static_cast<GeneralisedSpeedTerm::Kind>(term.kind), term.index, term.factor.value(), term.body,
+    out.terms.push_back({static_cast<model::GeneralisedSpeedTerm::Kind>(term.kind), term.index, term.factor.value(),
+                         term.body,
                          Vector3(term.position[0].value(), term.position[1].value(), term.position[2].value())});
   return out;
 }
 
-std::vector<GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft) {
-  std::vector<GeneralisedSpeed> speeds;
+std::vector<model::GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft) {
+  std::vector<model::GeneralisedSpeed> speeds;
   for (const Member& member : list_named_members(section, "a mapping of speeds"))
     draft.problems.collect([&] { speeds.push_back(value_of(read_speed(member, draft))); });
   return speeds;

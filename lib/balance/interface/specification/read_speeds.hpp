@@ -9,9 +9,9 @@ namespace balance::specification {
 /// a body's point (`body.point.x`). Velocities: x y z along the world's axes, u v w along the body's. Angular
 /// velocities: angle in the plane; in space rx ry rz about the world's axes, p q r about the body's. In a sum with
 /// velocities, the factor of an angular velocity is a length per angle.
-GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& draft);
+model::GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& draft);
 
 /// Evaluates the speed at the values with which it was read.
-GeneralisedSpeed value_of(const GeneralisedSpeedOf<Expression>& speed);
+model::GeneralisedSpeed value_of(const model::GeneralisedSpeedOf<Expression>& speed);
 
 }  // namespace balance::specification

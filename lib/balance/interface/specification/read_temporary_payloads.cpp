@@ -20,10 +20,10 @@ SourceLocation place_of(const SpecCursor& at) {
 /// Inputs of the recording that designs, load cases and tolerances change.
 std::set<int> variable_inputs(const StudyBuilder& draft) {
   std::set<int> inputs;
-  const Recording& recording = *draft.recording;
+  const study::Recording& recording = *draft.recording;
   for (const auto* free : {&draft.parameters.free_numbers(), &draft.free_numbers})
     for (const FreeNumberEntry& one : *free) inputs.insert(recording.input_index(one.input));
-  for (const NamedExpression& parameter : recording.parameters)
+  for (const study::NamedExpression& parameter : recording.parameters)
     for (const auto* names : {&draft.load_names, &draft.tolerance_names})
       if (parameter.is_plain && !parameter.value.is_constant() &&
           (names->contains(parameter.name) || names->contains("parameters." + parameter.name)))
@@ -31,14 +31,14 @@ std::set<int> variable_inputs(const StudyBuilder& draft) {
   return inputs;
 }
 
-bool has_dependence(const ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
+bool has_dependence(const expression::ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
   if (number.is_constant() || inputs.empty()) return false;
   std::vector<bool> reachable(static_cast<std::size_t>(number.node()) + 1, false);
   reachable.back() = true;
   for (std::size_t n = reachable.size(); n-- > 0;) {  // arguments are earlier nodes
     if (!reachable[n]) continue;
-    const ExpressionNode& node = graph.nodes()[n];
-    if (node.operation == Operation::input && inputs.contains(node.input)) return true;
+    const expression::ExpressionNode& node = graph.nodes()[n];
+    if (node.operation == expression::Operation::input && inputs.contains(node.input)) return true;
     for (const int argument : node.arguments)
       if (argument >= 0) reachable[static_cast<std::size_t>(argument)] = true;
   }
@@ -77,7 +77,7 @@ std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, Pr
   return fields;
 }
 
-void read_presence(const PresenceKeys& keys, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
+void read_presence(const PresenceKeys& keys, StudyBuilder& draft, model::AttachmentOf<Expression>& attachment) {
   if (!keys.given()) return;
   const bool read = draft.problems.collect([&] {
     if (keys.from) attachment.from = read_switch_time(*keys.from, draft);
@@ -126,7 +126,7 @@ void check_presence(StudyBuilder& draft) {
   if (trajectories.empty()) return;
   double max_duration = 0;
   for (const auto& trajectory : trajectories) {
-    const auto* table = std::get_if<TablePathOf<Expression>>(&trajectory.path);
+    const auto* table = std::get_if<trajectory::TablePathOf<Expression>>(&trajectory.path);
     max_duration = std::max(max_duration, table != nullptr && !table->time.empty()
                                               ? table->time.back().value() - table->time.front().value()
                                               : trajectory.duration.value());

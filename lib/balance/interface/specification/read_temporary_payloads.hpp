@@ -18,7 +18,7 @@ struct PresenceKeys {
 std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& keys);
 
 /// Stores the times in the attachment, and their place in the study.
-void read_presence(const PresenceKeys& keys, StudyBuilder& draft, AttachmentOf<Expression>& attachment);
+void read_presence(const PresenceKeys& keys, StudyBuilder& draft, model::AttachmentOf<Expression>& attachment);
 
 /// Fails if there are temporary payloads, which are not allowed here. @param expected what is expected instead
 void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft);

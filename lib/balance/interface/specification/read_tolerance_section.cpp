@@ -34,7 +34,7 @@ bool is_manufactured(const std::string& path) {
 struct ToleranceWidth {
   double size = 0;
   bool is_relative = false;  ///< relative to the number; else in the spec's units
-  Distribution distribution = Distribution::normal;
+  study::Distribution distribution = study::Distribution::normal;
 };
 
 double read_deviation(const SpecCursor& at, StudyBuilder& draft, bool& is_relative) {
@@ -54,7 +54,7 @@ ToleranceWidth read_width(const SpecCursor& at, StudyBuilder& draft) {
     read_one(at);
     return width;
   }
-  width.distribution = Distribution::uniform;
+  width.distribution = study::Distribution::uniform;
   if (!read_fields(at, "a standard deviation (0.1e-3, 1%) or {uniform: half of the interval}",
                    {{"uniform", Presence::required, read_one}}))
     throw CascadingError();
@@ -62,15 +62,15 @@ ToleranceWidth read_width(const SpecCursor& at, StudyBuilder& draft) {
 }
 
 /// All numbers that the section may name; stores them in the recording.
-std::vector<TolerancedParameter> list_numbers(StudyBuilder& draft) {
-  std::vector<TolerancedParameter> toleranced;
-  Recording& recording = *draft.recording;
-  const auto add = [&](TolerancedParameter number, const Expression& value) {
+std::vector<study::TolerancedParameter> list_numbers(StudyBuilder& draft) {
+  std::vector<study::TolerancedParameter> toleranced;
+  study::Recording& recording = *draft.recording;
+  const auto add = [&](study::TolerancedParameter number, const Expression& value) {
     number.recording_index = static_cast<int>(recording.toleranced.size());
     recording.toleranced.push_back(value);
     toleranced.push_back(std::move(number));
   };
-  for (const NamedExpression& one : recording.parameters)
+  for (const study::NamedExpression& one : recording.parameters)
     if (one.is_plain)
       add({.path = "parameters." + one.name, .value = one.value.value(), .input = recording.input_index(one.value)},
           one.value);
@@ -134,7 +134,7 @@ class ToleranceReader {
     return matches;
   }
 
-  static void set(const SpecCursor& at, const ToleranceWidth& width, TolerancedParameter& number) {
+  static void set(const SpecCursor& at, const ToleranceWidth& width, study::TolerancedParameter& number) {
     // a percentage of a zero mass is zero, as there is no body; a percentage of a zero position is a mistake
     if (width.is_relative && number.value == 0 && !number.is_positive)
       at.fail({.expected = "a deviation in the spec's units",
@@ -147,7 +147,7 @@ class ToleranceReader {
   }
 
   StudyBuilder& draft_;
-  std::vector<TolerancedParameter> numbers_;
+  std::vector<study::TolerancedParameter> numbers_;
   std::vector<std::optional<std::string>> selected_by_;  ///< per number: the name that selects it
 };
 

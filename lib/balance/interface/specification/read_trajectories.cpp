@@ -23,7 +23,7 @@ namespace balance::specification {
 /// Reads a law's name.
 MotionLawKind read_law(const SpecCursor& at);
 /// The ramps of a trapezoidal velocity: one number for both, or two. Fails for any other law.
-void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expression>& law);
+void read_ramps(const SpecCursor& at, StudyBuilder& draft, trajectory::MotionLawOf<Expression>& law);
 
 // Limits of a motion, and keys of optimised laws only: the quantity with minimum peak, speeds at both ends.
 
@@ -70,7 +70,7 @@ MotionLawKind read_law(const SpecCursor& at) {
   return named_laws[at.read_choice("a law of motion", names)].kind;
 }
 
-void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expression>& law) {
+void read_ramps(const SpecCursor& at, StudyBuilder& draft, trajectory::MotionLawOf<Expression>& law) {
   if (law.kind != MotionLawKind::trapezoidal_velocity)
     at.fail({.expected = "no ramps: only the law 'trapezoidal-velocity' has them"});
   if (at.is_list()) {
@@ -99,27 +99,28 @@ bool can_lack_quantities(const SpecErrorCollector& problems) {
 }
 
 /// The quantities that a name stands for.
-std::vector<LimitableQuantity> find_quantities(const SpecCursor& at, const std::string& name,
-                                               const StudyBuilder& draft) {
-  std::vector<LimitableQuantity> quantities = find_limitable_quantities(draft.study.mechanism, name);
+std::vector<results::LimitableQuantity> find_quantities(const SpecCursor& at, const std::string& name,
+                                                        const StudyBuilder& draft) {
+  std::vector<results::LimitableQuantity> quantities = results::find_limitable_quantities(draft.study.mechanism, name);
   if (!quantities.empty()) return quantities;
   if (can_lack_quantities(at.problems())) throw CascadingError();
   if (name == "power" || name.starts_with("power["))
     at.fail({.expected = "a quantity that is affine in the path's acceleration and squared rate",
              .found = fmt::format("{}, a product with the rate", quote_for_message(name))});
-  fail_expected_one_of(at, "a quantity that a law can limit", list_limitable_names(draft.study.mechanism));
+  fail_expected_one_of(at, "a quantity that a law can limit", results::list_limitable_names(draft.study.mechanism));
 }
 
 /// `[minimum, maximum]` of a scalar.
-MotionLimitOf<Expression> read_interval(const SpecCursor& at, const std::string& name,
-                                        const std::vector<LimitableQuantity>& quantities, StudyBuilder& draft,
-                                        Dimension dimension) {
-  if (std::any_of(quantities.begin(), quantities.end(), [](const LimitableQuantity& one) { return one.count > 1; }))
+trajectory::MotionLimitOf<Expression> read_interval(const SpecCursor& at, const std::string& name,
+                                                    const std::vector<results::LimitableQuantity>& quantities,
+                                                    StudyBuilder& draft, Dimension dimension) {
+  if (std::any_of(quantities.begin(), quantities.end(),
+                  [](const results::LimitableQuantity& one) { return one.count > 1; }))
     at.fail({.expected = "one positive number for the magnitude of a vector; a component, such as " + name +
                          "[x], can have [least, most]"});
   const auto bounds = at.items("a number, or [least, most]", 2);
-  MotionLimitOf<Expression> limit{name, read_bound(bounds[1], draft, dimension, SignConstraint::none),
-                                  read_bound(bounds[0], draft, dimension, SignConstraint::none)};
+  trajectory::MotionLimitOf<Expression> limit{name, read_bound(bounds[1], draft, dimension, SignConstraint::none),
+                                              read_bound(bounds[0], draft, dimension, SignConstraint::none)};
   if (!(limit.lower_bound->value() < limit.upper_bound.value()))
     at.fail({.expected = "a lower limit below the upper limit",
              .found = fmt::format("{} and {}", bounds[0].node().text, bounds[1].node().text)});
@@ -199,7 +200,7 @@ struct MotionDefaults {
   bool duration_given = false;  ///< correctly or not
   std::optional<Expression> duration;
   std::optional<long> samples;
-  std::optional<PoseTargetOf<Expression>> from, to;
+  std::optional<trajectory::PoseTargetOf<Expression>> from, to;
   std::optional<SpecCursor> from_at, to_at;
   std::optional<Vector3E> about;
 };
@@ -211,7 +212,9 @@ std::vector<Field> timing_fields(MotionDefaults& timing, StudyBuilder& draft) {
              timing.duration = read_duration(c, draft);
            }},
           {"samples", Presence::optional,
-           [&](const SpecCursor& c) { timing.samples = read_integer(c, draft, min_samples, max_samples); }},
+           [&](const SpecCursor& c) {
+             timing.samples = read_integer(c, draft, trajectory::min_samples, trajectory::max_samples);
+           }},
           {"from", Presence::optional,
            [&](const SpecCursor& c) {
              timing.from_at = c;
@@ -226,19 +229,19 @@ std::vector<Field> timing_fields(MotionDefaults& timing, StudyBuilder& draft) {
            [&](const SpecCursor& c) { timing.about = read_vector(c, draft, dimension::length); }}};
 }
 
-std::vector<Component> read_components(const SpecCursor& at, const StudyBuilder& draft, DriveKind drive) {
+std::vector<trajectory::Component> read_components(const SpecCursor& at, const StudyBuilder& draft, DriveKind drive) {
   const bool planar = draft.planar();
-  using enum Component;
+  using enum trajectory::Component;
   if (drive == DriveKind::joints)
     at.fail({.expected = "no 'components' with 'drive: joints', which names its coordinates itself"});
   std::vector<std::string> names =
       planar ? std::vector<std::string>{"x", "y", "angle"} : std::vector<std::string>{"x", "y", "z", "rx", "ry", "rz"};
   if (drive == DriveKind::com) names.resize(planar ? 2 : 3);
-  const std::vector<Component> values =
-      planar ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
-  std::vector<Component> components;
+  const std::vector<trajectory::Component> values =
+      planar ? std::vector<trajectory::Component>{x, y, rz} : std::vector<trajectory::Component>{x, y, z, rx, ry, rz};
+  std::vector<trajectory::Component> components;
   read_each(at.items("a list of components"), [&](const SpecCursor& item) {
-    const Component component = values[item.read_choice("a component", names)];
+    const trajectory::Component component = values[item.read_choice("a component", names)];
     if (std::find(components.begin(), components.end(), component) != components.end())
       item.fail({.expected = "each component only once", .found = fmt::format("{} again", item.describe_found())});
     components.push_back(component);
@@ -435,8 +438,8 @@ void add_built_in(const SpecCursor& motion, const MotionDefaults& timing, const 
   if (std::any_of(trajectories.begin(), trajectories.end(),
                   [&](const TrajectoryOf<Expression>& t) { return t.name == name; }))
     return;
-  const PoseTargetOf<Expression>& from = *timing.from;
-  PoseTargetOf<Expression> to = *timing.to;
+  const trajectory::PoseTargetOf<Expression>& from = *timing.from;
+  trajectory::PoseTargetOf<Expression> to = *timing.to;
   TrajectoryOf<Expression> trajectory;
   trajectory.name = name;
   trajectory.law.kind = law;

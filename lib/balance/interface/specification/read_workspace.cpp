@@ -108,8 +108,8 @@ std::vector<std::vector<long>> serpentine_grid(const std::vector<PoseInterval>& 
   return grid;
 }
 
-PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& indices) {
-  PoseTargetOf<Expression> pose;
+trajectory::PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& indices) {
+  trajectory::PoseTargetOf<Expression> pose;
   const auto value = [&](std::size_t s) { return box.sides[s].at(indices[s]); };
   for (std::size_t s = 0; s < box.joints.size(); ++s) pose.joints.push_back({box.joints[s], value(s)});
   if (!box.joints.empty()) return pose;
@@ -122,11 +122,11 @@ PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& in
 }
 
 /// Back and forth, with two stops at every turning point and one more at the end: each pose then has the same weight.
-std::vector<PoseTargetOf<Expression>> list_stops(const PoseBox& box) {
-  std::vector<PoseTargetOf<Expression>> poses, stops;
+std::vector<trajectory::PoseTargetOf<Expression>> list_stops(const PoseBox& box) {
+  std::vector<trajectory::PoseTargetOf<Expression>> poses, stops;
   for (const auto& indices : serpentine_grid(box.sides)) poses.push_back(pose_at(box, indices));
   const auto count = static_cast<long>(poses.size());
-  const long rounds = std::max(1L, (min_time_steps + 2 * count - 1) / (2 * count));
+  const long rounds = std::max(1L, (trajectory::min_time_steps + 2 * count - 1) / (2 * count));
   for (long round = 0; round < rounds; ++round) {
     stops.insert(stops.end(), poses.begin(), poses.end());
     stops.insert(stops.end(), poses.rbegin(), poses.rend());
@@ -136,7 +136,8 @@ std::vector<PoseTargetOf<Expression>> list_stops(const PoseBox& box) {
 }
 
 /// Rests at every sample: the law's rate and acceleration vanish at both ends of each leg.
-TrajectoryOf<Expression> make_stop_trajectory(const std::vector<PoseTargetOf<Expression>>& stops, DriveKind drive) {
+TrajectoryOf<Expression> make_stop_trajectory(const std::vector<trajectory::PoseTargetOf<Expression>>& stops,
+                                              DriveKind drive) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = workspace_name;
   trajectory.law.kind = MotionLawKind::polynomial_345;
@@ -146,7 +147,7 @@ TrajectoryOf<Expression> make_stop_trajectory(const std::vector<PoseTargetOf<Exp
   const std::size_t legs = stops.size() - 1;
   trajectory.duration = static_cast<double>(legs);
   trajectory.samples = static_cast<long>(stops.size());
-  WaypointPathOf<Expression> path;
+  trajectory::WaypointPathOf<Expression> path;
   path.points.assign(stops.begin() + 1, stops.end() - 1);
   for (std::size_t k = 1; k < legs; ++k)
     path.fractions.emplace_back(static_cast<double>(k) / static_cast<double>(legs));

@@ -109,7 +109,7 @@ class DependencyResolver {
   std::vector<std::size_t> dependencies_of(const YamlNode& node) const {
     std::vector<std::size_t> used;
     if (node.kind == YamlNode::Kind::scalar)
-      for (const std::string& name : find_expression_names(node.text).values)
+      for (const std::string& name : expression::find_expression_names(node.text).values)
         if (const auto entry = index_.find(name); entry != index_.end()) used.push_back(entry->second);
     for (const YamlNode& item : node.items) {
       const auto nested = dependencies_of(item);
@@ -144,7 +144,7 @@ class DependencyResolver {
 }  // namespace
 
 SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
-                               std::set<std::string> zero_start_parameters, Recording& recording,
+                               std::set<std::string> zero_start_parameters, study::Recording& recording,
                                SpecErrorCollector& problems)
     : added_element_parameters_(std::move(zero_start_parameters)) {
   std::vector<Member> members;
@@ -153,7 +153,7 @@ SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const O
   name_set_ = {names_.begin(), names_.end()};
 
   std::erase_if(members, [&](const Member& member) {
-    const auto& functions = function_names();
+    const auto& functions = expression::function_names();
     const bool is_reserved =
         member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
     return !problems.collect([&] {
@@ -171,9 +171,12 @@ SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const O
 
   override_values(overrides, members, problems);
   DependencyResolver(members, problems, [&](const Member& member) { define(member, recording); }).run();
-  const auto position = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
-  std::sort(recording.parameters.begin(), recording.parameters.end(),
-            [&](const NamedExpression& a, const NamedExpression& b) { return position(a) < position(b); });
+  const auto position = [&](const study::NamedExpression& one) {
+    return std::find(names_.begin(), names_.end(), one.name);
+  };
+  std::sort(
+      recording.parameters.begin(), recording.parameters.end(),
+      [&](const study::NamedExpression& a, const study::NamedExpression& b) { return position(a) < position(b); });
 }
 
 /// The text of an override takes the place of the parameter's own value.
@@ -200,7 +203,7 @@ void SpecParameters::override_values(const Overrides& overrides, std::vector<Mem
   }
 }
 
-void SpecParameters::define(const Member& member, Recording& recording) {
+void SpecParameters::define(const Member& member, study::Recording& recording) {
   const auto add_input = [&](double value) {
     recording.inputs.push_back(value);
     return Expression::input(recording.graph, value);
@@ -209,7 +212,7 @@ void SpecParameters::define(const Member& member, Recording& recording) {
   bool is_plain = true;
   if (!member.value.is_map()) {
     value = evaluate(member.value);
-    is_plain = find_expression_names(member.value.node().text).values.empty();
+    is_plain = expression::find_expression_names(member.value.node().text).values.empty();
     value = is_plain ? add_input(value.value()) : Expression::make_alias(recording.graph, value);
   } else {
     FreeValue free = evaluate_free(member.value);
@@ -265,8 +268,8 @@ Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const s
   expressions_size_ += text.size();
   if (expressions_size_ > max_expressions_length)
     scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", max_expressions_length)});
-  const auto& functions = function_names();
-  const ExpressionNames used = find_expression_names(text);
+  const auto& functions = expression::function_names();
+  const expression::ExpressionNames used = expression::find_expression_names(text);
   for (const std::string& name : used.functions)
     if (std::find(functions.begin(), functions.end(), name) == functions.end())
       fail_unknown("function", name, functions);
@@ -277,8 +280,8 @@ Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const s
     if (name_set_.count(name) == 0) fail_unknown("parameter", name, names_);
   }
   try {
-    return parse_expression(text, [&](const std::string& name) { return values_.at(name); });
-  } catch (const ExpressionError& error) {
+    return expression::parse_expression(text, [&](const std::string& name) { return values_.at(name); });
+  } catch (const expression::ExpressionError& error) {
     fail(error.what());
     throw;
   }

@@ -29,7 +29,8 @@ class SpecParameters {
   /// @param recording gets an input or a node for each
   /// @param zero_start_parameters parameters that start at 0 (list_added_element_parameters)
   SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
-                 std::set<std::string> zero_start_parameters, Recording& recording, SpecErrorCollector& problems);
+                 std::set<std::string> zero_start_parameters, study::Recording& recording,
+                 SpecErrorCollector& problems);
 
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const SpecCursor& scalar);
@@ -45,7 +46,7 @@ class SpecParameters {
  private:
   Expression evaluate_expression(const SpecCursor& scalar, const std::string& text);
   bool can_be_invalid(const SpecCursor& at, const std::string& name) const;
-  void define(const Member& member, Recording& recording);
+  void define(const Member& member, study::Recording& recording);
   void override_values(const Overrides& overrides, std::vector<Member>& members, SpecErrorCollector& problems);
 
   std::set<std::string> added_element_parameters_;

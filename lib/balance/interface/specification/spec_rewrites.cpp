@@ -10,6 +10,8 @@
 
 namespace balance::specification {
 
+using study::TextReplacement;
+
 namespace {
 
 /// Visits the document in its order.

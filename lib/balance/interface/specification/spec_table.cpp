@@ -75,14 +75,14 @@ namespace {
 
 constexpr std::size_t max_table_rows = 1'000'000;
 
-std::vector<double> read_column(const Hdf5Reader& file, const std::string& name) {
+std::vector<double> read_column(const hdf5::Hdf5Reader& file, const std::string& name) {
   auto dataset = file.numbers(name, 1, max_table_rows);
   if (dataset.sizes.empty())
     throw TableError(fmt::format("{}: expected one dimension, found 0", quote_for_message(name)));
   return std::move(dataset.values);
 }
 
-RawTable read_columns(const Hdf5Reader& file, const std::vector<std::string>& names) {
+RawTable read_columns(const hdf5::Hdf5Reader& file, const std::vector<std::string>& names) {
   RawTable table;
   for (const std::string& name : names) {
     if (!file.has(name)) continue;
@@ -101,8 +101,8 @@ RawTable read_columns(const Hdf5Reader& file, const std::vector<std::string>& na
 
 RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names) {
   try {
-    return read_columns(Hdf5Reader(path), names);
-  } catch (const Hdf5Error& error) {
+    return read_columns(hdf5::Hdf5Reader(path), names);
+  } catch (const hdf5::Hdf5Error& error) {
     throw TableError(error.what());
   }
 }

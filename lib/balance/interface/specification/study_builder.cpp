@@ -62,10 +62,10 @@ Vector3 values_of(const Vector3E& vector) {
 }
 
 // Coordinates that discs and couplings follow: a joint coordinate, or several with a ratio each.
-CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft,
-                                                  const Dimension& follower) {
+model::CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft,
+                                                         const Dimension& follower) {
   if (!at.is_map()) return read_coordinate(at, draft);
-  std::vector<CoordinateTermOf<Expression>> terms;
+  std::vector<model::CoordinateTermOf<Expression>> terms;
   std::set<int> followed;
   bool is_valid = true;
   for (const Member& member : list_members(at, "a joint coordinate, or a mapping of joint coordinates to ratios")) {
@@ -81,7 +81,7 @@ CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBui
   }
   if (!is_valid) throw CascadingError();
   if (terms.empty()) at.fail({.expected = "at least one joint coordinate", .found = at.describe_found()});
-  return CoordinateCombinationOf<Expression>(std::move(terms));
+  return model::CoordinateCombinationOf<Expression>(std::move(terms));
 }
 
 bool has_several_leaders(const SpecCursor& map) {
@@ -117,7 +117,7 @@ std::size_t body_name_length(const std::string& text, const StudyBuilder& draft)
 }
 
 /// Every body has a point `origin`, unless it defines one of that name elsewhere.
-Vector3E find_point(const SpecCursor& at, const std::string& name, const BodyOf<Expression>& body) {
+Vector3E find_point(const SpecCursor& at, const std::string& name, const model::BodyOf<Expression>& body) {
   std::vector<std::string> names;
   for (const auto& point : body.points)
     if (point.name == name) return point.position;
@@ -197,8 +197,8 @@ CoordinateId read_coordinate(const SpecCursor& at, const StudyBuilder& draft) {
   return find_coordinate(at, at.read_word("a joint coordinate's name"), draft);
 }
 
-std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft) {
-  std::vector<CoordinateValueOf<Expression>> values;
+std::vector<model::CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft) {
+  std::vector<model::CoordinateValueOf<Expression>> values;
   for (const Member& member : list_members(at, "a mapping of joint coordinates to values")) {
     at.problems().collect([&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
@@ -213,7 +213,7 @@ namespace {
 
 /// A number and, if it comes from an expression, that expression.
 std::string found_number(const SpecCursor& at, double value) {
-  const bool plain = !at.is_scalar() || find_expression_names(at.node().text).values.empty();
+  const bool plain = !at.is_scalar() || expression::find_expression_names(at.node().text).values.empty();
   return plain ? fmt::format("{}", value)
                : fmt::format("{}, the value of {}", value, quote_for_message(at.node().text));
 }
@@ -318,8 +318,8 @@ Expression read_duration(const SpecCursor& at, StudyBuilder& draft) {
 }
 
 void check_duration(const SpecCursor& at, double duration) {
-  if (!is_valid_duration(duration))
-    at.fail({.expected = format_duration_range(), .found = fmt::format("{:.6g} s", duration)});
+  if (!trajectory::is_valid_duration(duration))
+    at.fail({.expected = trajectory::format_duration_range(), .found = fmt::format("{:.6g} s", duration)});
 }
 
 std::vector<Expression> read_numbers(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,

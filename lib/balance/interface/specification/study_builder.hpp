@@ -110,12 +110,12 @@ struct StudyBuilder {
   std::vector<LoadParameterEntry> load_numbers;  ///< numbers of the mechanism with one of these names
   std::set<std::string> adapted;                 ///< paths of free numbers under `design: adapt`
   std::vector<DifferentPaths> all_different;     ///< under `design: all_different`
-  std::shared_ptr<Recording> recording = std::make_shared<Recording>();
+  std::shared_ptr<study::Recording> recording = std::make_shared<study::Recording>();
 
   std::vector<std::pair<SpecCursor, double>>
       payload_activations;  ///< temporary payloads: their place in the spec, and when they appear [s]
 
-  std::vector<CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
+  std::vector<model::CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
 
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
@@ -177,11 +177,12 @@ CoordinateId read_coordinate(const SpecCursor& at, const StudyBuilder& draft);
 CoordinateId find_coordinate(const SpecCursor& at, const std::string& name, const StudyBuilder& draft);
 /// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this
 /// dimension, to several coordinates.
-CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft, const Dimension& follower);
+model::CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft,
+                                                         const Dimension& follower);
 /// Whether a mapping's `follows` has ratios of its own; its `ratio` is then a common factor.
 bool has_several_leaders(const SpecCursor& map);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
-std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
+std::vector<model::CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
 
 // Directions and rotations as expressions.
 
@@ -191,7 +192,7 @@ Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime
     const Expression& condition, const Eigen::MatrixBase<Derived>& yes, const Eigen::MatrixBase<Derived>& no) {
   Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
   for (Eigen::Index j = 0; j < result.cols(); ++j)
-    for (Eigen::Index i = 0; i < result.rows(); ++i) result(i, j) = balance::select(condition, yes(i, j), no(i, j));
+    for (Eigen::Index i = 0; i < result.rows(); ++i) result(i, j) = expression::select(condition, yes(i, j), no(i, j));
   return result;
 }
 
@@ -223,7 +224,7 @@ void read_couplings(const SpecCursor& section, StudyBuilder& draft);
 void read_actuators(const SpecCursor& section, StudyBuilder& draft);
 void read_tool(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds in which the equation of motion is requested, at their start values.
-std::vector<GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);
+std::vector<model::GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds that must be zero.
 void read_constraints(const SpecCursor& section, StudyBuilder& draft);
 void read_attachments(const SpecCursor& section, StudyBuilder& draft, AttachmentKind kind);

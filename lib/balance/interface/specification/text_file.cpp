@@ -14,11 +14,11 @@
 #include <cstring>
 #include <filesystem>
 
-namespace balance {
+namespace balance::specification {
 namespace {
 
 /// One byte more than a document may have: an endless source is rejected like a file that is too large.
-constexpr std::size_t max_text_bytes = specification::DocumentLimits{}.max_bytes + 1;
+constexpr std::size_t max_text_bytes = DocumentLimits{}.max_bytes + 1;
 
 constexpr int max_writer_wait = 2;  // without a writer [s]
 
@@ -87,4 +87,4 @@ std::string read_text_file(const std::string& path, const std::string& what) {
   return read_all(file.number, path, what);
 }
 
-}  // namespace balance
+}  // namespace balance::specification

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::specification {
 
 /// Name of the standard input in messages.
 inline constexpr const char* standard_input = "<stdin>";
@@ -20,4 +20,4 @@ std::string describe_non_file(const std::string& path);
 /// Name of a document in messages: its path, or standard_input.
 inline std::string display_name(const std::string& path) { return path == "-" ? standard_input : path; }
 
-}  // namespace balance
+}  // namespace balance::specification

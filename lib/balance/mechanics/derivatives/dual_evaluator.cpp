@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::derivatives {
 
 namespace {
 
@@ -14,16 +14,16 @@ constexpr double closure_residual_tolerance = 1e-8;
 }  // namespace
 
 template <class S>
-DualEvaluator<S>::DualEvaluator(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                                const std::vector<CoordinateId>& needed, const DriveQuantities& quantities,
+DualEvaluator<S>::DualEvaluator(const MechanismOf<DualNumber>& mechanism, const kinematics::Tree<S>& tree,
+                                const std::vector<CoordinateId>& needed, const trajectory::DriveQuantities& quantities,
                                 bool redundant, int freedoms, const typename D::Vector& about)
     : values_(tree),
-      tree_(compile_tree<D>(mechanism, needed)),
+      tree_(kinematics::compile_tree<D>(mechanism, needed)),
       drive_(make_drive(mechanism, tree_, quantities)),
       equations_(tree_, drive_, redundant),
       sample_evaluator_(mechanism, tree_, freedoms, about),
       state_(tree_.nodes.size()) {
-  const auto is_single_coordinate = [](const LinearQuantityOf<DualNumber>& quantity) {
+  const auto is_single_coordinate = [](const kinematics::LinearQuantityOf<DualNumber>& quantity) {
     return quantity.terms.size() == 1 && quantity.terms[0].second != 0;
   };
   is_explicit_ = tree_.closures.empty() && drive_.row_count() == static_cast<int>(drive_.linear.size()) &&
@@ -34,7 +34,7 @@ DualEvaluator<S>::DualEvaluator(const MechanismOf<DualNumber>& mechanism, const 
 }
 
 template <class S>
-void DualEvaluator<S>::differentiate_explicit(const DriveSampleOf<DualNumber>& target) {
+void DualEvaluator<S>::differentiate_explicit(const trajectory::DriveSampleOf<DualNumber>& target) {
   for (std::size_t i = 0; i < drive_.linear.size(); ++i) {
     const auto& [column, coefficient] = drive_.linear[i].terms[0];
     const auto k = static_cast<Eigen::Index>(i);
@@ -45,11 +45,11 @@ void DualEvaluator<S>::differentiate_explicit(const DriveSampleOf<DualNumber>& t
 }
 
 template <class S>
-void DualEvaluator<S>::differentiate_motion(const double* y, const DriveSampleOf<DualNumber>& target) {
+void DualEvaluator<S>::differentiate_motion(const double* y, const trajectory::DriveSampleOf<DualNumber>& target) {
   if (is_explicit_) return differentiate_explicit(target);
   // the reference orientation of a floating spherical joint is an arbitrary constant
-  for (const NodeId spherical : values_.spherical_joints)
-    tree_.nodes[spherical].R_PF = cast<DualNumber>(values_.nodes[spherical].R_PF);
+  for (const kinematics::NodeId spherical : values_.spherical_joints)
+    tree_.nodes[spherical].R_PF = kinematics::cast<DualNumber>(values_.nodes[spherical].R_PF);
   coordinates_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
   const auto fill = [&] {
     compute_poses(tree_, coordinates_.y.data(), state_);
@@ -67,7 +67,7 @@ void DualEvaluator<S>::differentiate_motion(const double* y, const DriveSampleOf
   std::copy_n(x_.begin(), tree_.columns, coordinates_.dy.begin());
   compute_angular_velocities(tree_, coordinates_.dy.data(), state_);
   if (tree_.has_sliding_closures) compute_origin_velocities(tree_, coordinates_.dy.data(), state_);
-  compute_accelerations<D>(tree_, coordinates_.dy.data(), nullptr, D::Vector::Zero(), state_);
+  kinematics::compute_accelerations<D>(tree_, coordinates_.dy.data(), nullptr, D::Vector::Zero(), state_);
   equations_.acceleration_rhs(state_, target, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.begin(), tree_.columns, coordinates_.ddy.begin());
@@ -77,7 +77,7 @@ template <class S>
 typename DualEvaluator<S>::DualArray DualEvaluator<S>::max_residual_change(int count) const {
   DualArray largest{};
   for (int r = 0; r < count; ++r)
-    for (std::size_t k = 0; k < dual_width; ++k)
+    for (std::size_t k = 0; k < numerics::dual_width; ++k)
       largest[k] = std::max(largest[k], std::abs(x_[static_cast<std::size_t>(r)].d[k]));
   return largest;
 }
@@ -89,22 +89,22 @@ template <class S>
 void DualEvaluator<S>::measure_gaps(const DualArray& initial_change) {
   DualArray demanded_change = initial_change;
   for (int c = 0; c < tree_.columns; ++c)
-    for (std::size_t k = 0; k < dual_width; ++k)
+    for (std::size_t k = 0; k < numerics::dual_width; ++k)
       demanded_change[k] = std::max(demanded_change[k], std::abs(coordinates_.y[c].d[k]) /
                                                             equations_.column_scale()[static_cast<std::size_t>(c)]);
   std::size_t row = 0;
   for (std::size_t c = 0; c < gaps_.size(); ++c) {
     DualArray length{}, angle{};  // squared
-    for (const ClosureRow& closure_row : tree_.closures[c].rows) {
-      DualArray& squares = closure_row.kind == ClosureRow::Kind::dot ? angle : length;
-      for (std::size_t k = 0; k < dual_width && !tree_.closures[c].is_velocity_level(); ++k) {
+    for (const kinematics::ClosureRow& closure_row : tree_.closures[c].rows) {
+      DualArray& squares = closure_row.kind == kinematics::ClosureRow::Kind::dot ? angle : length;
+      for (std::size_t k = 0; k < numerics::dual_width && !tree_.closures[c].is_velocity_level(); ++k) {
         const double residual = x_[row].d[k];
         const double unscaled = residual / equations_.row_scale()[row];
         if (std::abs(residual) > closure_residual_tolerance * demanded_change[k]) squares[k] += unscaled * unscaled;
       }
       ++row;
     }
-    for (std::size_t k = 0; k < dual_width; ++k) {
+    for (std::size_t k = 0; k < numerics::dual_width; ++k) {
       gaps_[c].length[k] = std::max(gaps_[c].length[k], std::sqrt(length[k]));
       gaps_[c].angle[k] = std::max(gaps_[c].angle[k], std::sqrt(angle[k]));
     }
@@ -122,9 +122,9 @@ ClosureGaps DualEvaluator<S>::closure_gaps(std::size_t k) const {
 }
 
 template <class S>
-bool DualEvaluator<S>::evaluate(const DualNumber& time, double duration, Detail detail) {
-  const TreeMotion<D> motion{state_, coordinates_.y.data(), coordinates_.dy.data(), coordinates_.ddy.data(),
-                             time,   is_explicit_};
+bool DualEvaluator<S>::evaluate(const DualNumber& time, double duration, dynamics::Detail detail) {
+  const dynamics::TreeMotion<D> motion{state_, coordinates_.y.data(), coordinates_.dy.data(), coordinates_.ddy.data(),
+                                       time,   is_explicit_};
   return sample_evaluator_.evaluate(motion, equations_, duration, detail);
 }
 
@@ -133,10 +133,11 @@ DualNumber DualEvaluator<S>::mobility() {
   return is_explicit_ ? DualNumber(1) : equations_.min_singular_value();
 }
 
-template class DualEvaluator<Planar>;
-template class DualEvaluator<Spatial>;
+template class DualEvaluator<kinematics::Planar>;
+template class DualEvaluator<kinematics::Spatial>;
 
-void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail detail, Sample& out) {
+void write_derivative(const trajectory::SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail detail,
+                      Sample& out) {
   const auto copy_scalar = [k](const DualNumber& x, double& to) { to = x.d[k]; };
   const auto copy_matrix = [k](const auto& from, auto& to) {
     to.resize(from.rows(), from.cols());
@@ -173,10 +174,10 @@ void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Derivat
   copy_scalar(sample.potential_energy, out.potential_energy);
 }
 
-Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k) {
+Sample derivative_of(const trajectory::SampleOf<DualNumber>& sample, std::size_t k) {
   Sample out;
   write_derivative(sample, k, DerivativeDetail::all, out);
   return out;
 }
 
-}  // namespace balance
+}  // namespace balance::derivatives

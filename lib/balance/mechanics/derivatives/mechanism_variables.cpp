@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace balance {
+namespace balance::derivatives {
 
 namespace {
 
@@ -82,4 +82,4 @@ void require_variable(const Mechanism& mechanism, const MechanismVariable& varia
     throw_missing("column", variable.column);
 }
 
-}  // namespace balance
+}  // namespace balance::derivatives

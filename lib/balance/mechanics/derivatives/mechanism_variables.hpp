@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::derivatives {
 
 // Changes of a variable that over-constrained loops cannot follow: no mechanism exists in which that variable alone is
 // changed, so the resulting change of a run is not a derivative.
@@ -104,5 +104,11 @@ T& variable_in(MechanismOf<T>& mechanism, const MechanismVariable& variable) {
 
 /// Whether the variable is an off-diagonal entry of a symmetric matrix, which has a mirror image.
 bool has_symmetric_entry(const MechanismVariable& variable);
+
+}  // namespace balance::derivatives
+
+namespace balance {
+
+using derivatives::MechanismVariable;
 
 }  // namespace balance

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::derivatives {
+
+using trajectory::DriveValue;
 
 namespace {
 
@@ -18,17 +20,19 @@ constexpr double stencil_step = 1e-4;  ///< largest change of a value per step [
 
 /// The driven quantities at a pose of the mechanism, with their derivatives.
 template <class S>
-DriveSampleOf<DualNumber> measure_drive_dual(const MechanismOf<DualNumber>& mechanism, const Tree<S>& values,
-                                             const std::vector<CoordinateId>& needed,
-                                             const PoseTargetOf<DualNumber>& pose, const VectorX& y,
-                                             const DriveQuantities& quantities) {
+trajectory::DriveSampleOf<DualNumber> measure_drive_dual(const MechanismOf<DualNumber>& mechanism,
+                                                         const kinematics::Tree<S>& values,
+                                                         const std::vector<CoordinateId>& needed,
+                                                         const trajectory::PoseTargetOf<DualNumber>& pose,
+                                                         const VectorX& y,
+                                                         const trajectory::DriveQuantities& quantities) {
   using D = DualSpace<S>;
-  Tree<D> tree = compile_tree<D>(mechanism, needed);
-  for (const NodeId spherical : values.spherical_joints)
-    tree.nodes[spherical].R_PF = cast<DualNumber>(values.nodes[spherical].R_PF);
-  const PoseEquations<D> pose_equations = make_pose_equations(mechanism, tree, pose);
-  KinematicEquations<D> equations(tree, pose_equations.drive, true);
-  TreeState<D> state(tree.nodes.size());
+  kinematics::Tree<D> tree = kinematics::compile_tree<D>(mechanism, needed);
+  for (const kinematics::NodeId spherical : values.spherical_joints)
+    tree.nodes[spherical].R_PF = kinematics::cast<DualNumber>(values.nodes[spherical].R_PF);
+  const kinematics::PoseEquations<D> pose_equations = make_pose_equations(mechanism, tree, pose);
+  kinematics::KinematicEquations<D> equations(tree, pose_equations.drive, true);
+  kinematics::TreeState<D> state(tree.nodes.size());
   VectorXOf<DualNumber> dual_y = y.cast<DualNumber>();
   std::vector<DualNumber> x(static_cast<std::size_t>(std::max(tree.columns, equations.rows())));
   compute_poses(tree, dual_y.data(), state);
@@ -40,7 +44,7 @@ DriveSampleOf<DualNumber> measure_drive_dual(const MechanismOf<DualNumber>& mech
   return measure_drive(tree, make_drive(mechanism, tree, quantities), state, dual_y.data());
 }
 
-DriveValue extract_endpoint_derivative(const DriveSampleOf<DualNumber>& sample, std::size_t k) {
+DriveValue extract_endpoint_derivative(const trajectory::DriveSampleOf<DualNumber>& sample, std::size_t k) {
   const auto derivative = [k](const DualNumber& x) { return x.d[k]; };
   return {sample.value.unaryExpr(derivative), sample.rotation.unaryExpr(derivative)};
 }
@@ -54,7 +58,9 @@ DriveValue displace_value(const DriveValue& value, const DriveValue& rate, doubl
   return out;
 }
 
-double max_component(const DriveValue& value) { return std::max(max_abs(value.value), max_abs(value.rotation)); }
+double max_component(const DriveValue& value) {
+  return std::max(numerics::max_abs(value.value), numerics::max_abs(value.rotation));
+}
 
 /// Largest derivative among the numbers that define a trajectory's path and law; a table's times count as fractions of
 /// the duration.
@@ -64,9 +70,9 @@ double find_max_path_derivative(const Trajectory& rate, double duration) {
   path_and_law.duration = 0;
   path_and_law.law = rate.law;
   path_and_law.path = rate.path;
-  if (auto* table = std::get_if<TablePath>(&path_and_law.path))
+  if (auto* table = std::get_if<trajectory::TablePath>(&path_and_law.path))
     for (double& time : table->time) time /= duration;
-  cast_scalar<double>(path_and_law, [&max_derivative](double x) {
+  trajectory::cast_scalar<double>(path_and_law, [&max_derivative](double x) {
     max_derivative = std::max(max_derivative, std::abs(x));
     return x;
   });
@@ -74,35 +80,39 @@ double find_max_path_derivative(const Trajectory& rate, double duration) {
 }
 
 bool has_task_derivative(const Trajectory& rate) {
-  return std::any_of(rate.secondary_tasks.begin(), rate.secondary_tasks.end(), [](const SecondaryTask& task) {
-    const auto& c = std::get<SplineTask>(task.kind).coefficients;
-    return std::any_of(c.begin(), c.end(), [](double x) { return x != 0; });
-  });
+  return std::any_of(rate.secondary_tasks.begin(), rate.secondary_tasks.end(),
+                     [](const trajectory::SecondaryTask& task) {
+                       const auto& c = std::get<trajectory::SplineTask>(task.kind).coefficients;
+                       return std::any_of(c.begin(), c.end(), [](double x) { return x != 0; });
+                     });
 }
 
 /// Whether the prescribed values are linear in the end points and via points.
-bool is_linear_in_points(const Trajectory& values, const Trajectory& rate, const DriveQuantities& quantities) {
+bool is_linear_in_points(const Trajectory& values, const Trajectory& rate,
+                         const trajectory::DriveQuantities& quantities) {
   if (!quantities.rotation.empty() || rate.law.ramp_up != 0 || rate.law.ramp_down != 0) return false;
   const auto all_zero = [](const std::vector<double>& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return x == 0; });
   };
-  if (const auto* waypoints = std::get_if<WaypointPath>(&values.path))
-    return !waypoints->fractions.empty() && all_zero(std::get<WaypointPath>(rate.path).fractions);
-  return std::holds_alternative<LinePath>(values.path);
+  if (const auto* waypoints = std::get_if<trajectory::WaypointPath>(&values.path))
+    return !waypoints->fractions.empty() && all_zero(std::get<trajectory::WaypointPath>(rate.path).fractions);
+  return std::holds_alternative<trajectory::LinePath>(values.path);
 }
 
 /// Whether only secondary tasks change, and these are functions of time or the path is a single leg.
 bool is_task_change_only(const Trajectory& values, double max_path_derivative) {
-  const auto* waypoints = std::get_if<WaypointPath>(&values.path);
+  const auto* waypoints = std::get_if<trajectory::WaypointPath>(&values.path);
   const bool is_single_leg = waypoints == nullptr || waypoints->spline;
   return max_path_derivative == 0 &&
-         (is_single_leg ||
-          std::all_of(values.secondary_tasks.begin(), values.secondary_tasks.end(),
-                      [](const SecondaryTask& task) { return std::get<SplineTask>(task.kind).over_time; }));
+         (is_single_leg || std::all_of(values.secondary_tasks.begin(), values.secondary_tasks.end(),
+                                       [](const trajectory::SecondaryTask& task) {
+                                         return std::get<trajectory::SplineTask>(task.kind).over_time;
+                                       }));
 }
 
 /// Adds weight · term to the derivatives with respect to one variable.
-void add_derivative(const DriveSample& term, double weight, std::size_t variable, DriveSampleOf<DualNumber>& sample) {
+void add_derivative(const trajectory::DriveSample& term, double weight, std::size_t variable,
+                    trajectory::DriveSampleOf<DualNumber>& sample) {
   const auto accumulate = [&](auto& duals, const auto& values) {
     for (Eigen::Index e = 0; e < values.size(); ++e) duals(e).d[variable] += weight * values(e);
   };
@@ -114,7 +124,7 @@ void add_derivative(const DriveSample& term, double weight, std::size_t variable
   accumulate(sample.angular_acceleration, term.angular_acceleration);
 }
 
-void set_without_derivatives(const DriveSample& values, DriveSampleOf<DualNumber>& sample) {
+void set_without_derivatives(const trajectory::DriveSample& values, trajectory::DriveSampleOf<DualNumber>& sample) {
   const auto assign = [](auto& duals, const auto& numbers) {
     duals.resize(numbers.rows(), numbers.cols());
     for (Eigen::Index e = 0; e < numbers.size(); ++e) duals(e) = numbers(e);
@@ -130,17 +140,18 @@ void set_without_derivatives(const DriveSample& values, DriveSampleOf<DualNumber
 }  // namespace
 
 template <class S>
-PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
+PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>& mechanism,
+                                                   const kinematics::Tree<S>& tree,
                                                    const std::vector<CoordinateId>& needed,
                                                    const TrajectoryOf<DualNumber>& trajectory, const Trajectory& values,
-                                                   const CompiledTrajectory<S>& plan)
+                                                   const kinematics::CompiledTrajectory<S>& plan)
     : prescribed_motion_(*plan.prescribed_motion) {
   TrajectoryDerivatives rates;
-  for (std::size_t k = 0; k < dual_width; ++k)
-    rates[k] = cast_scalar<double>(trajectory, [k](const DualNumber& x) { return x.d[k]; });
-  const bool table = std::holds_alternative<TablePath>(values.path);
+  for (std::size_t k = 0; k < numerics::dual_width; ++k)
+    rates[k] = trajectory::cast_scalar<double>(trajectory, [k](const DualNumber& x) { return x.d[k]; });
+  const bool table = std::holds_alternative<trajectory::TablePath>(values.path);
   const auto ends = differentiate_endpoints(mechanism, tree, needed, trajectory, plan, rates);
-  for (std::size_t k = 0; k < dual_width; ++k) {
+  for (std::size_t k = 0; k < numerics::dual_width; ++k) {
     const double max_end_derivative = table ? 0 : std::max(max_component(ends[k].from), max_component(ends[k].to));
     const double max_derivative =
         std::max(max_end_derivative, find_max_path_derivative(rates[k], prescribed_motion_.duration()));
@@ -154,17 +165,17 @@ PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>
 }
 
 template <class S>
-std::array<PrescribedMotionGradient::Endpoints, dual_width> PrescribedMotionGradient::differentiate_endpoints(
-    const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
-    const TrajectoryOf<DualNumber>& trajectory, const CompiledTrajectory<S>& plan,
+std::array<PrescribedMotionGradient::Endpoints, numerics::dual_width> PrescribedMotionGradient::differentiate_endpoints(
+    const MechanismOf<DualNumber>& mechanism, const kinematics::Tree<S>& tree, const std::vector<CoordinateId>& needed,
+    const TrajectoryOf<DualNumber>& trajectory, const kinematics::CompiledTrajectory<S>& plan,
     const TrajectoryDerivatives& rates) const {
-  std::array<Endpoints, dual_width> ends;
-  if (std::holds_alternative<TablePath>(plan.request.path)) return ends;
-  const DriveSampleOf<DualNumber> start =
+  std::array<Endpoints, numerics::dual_width> ends;
+  if (std::holds_alternative<trajectory::TablePath>(plan.request.path)) return ends;
+  const trajectory::DriveSampleOf<DualNumber> start =
       measure_drive_dual(mechanism, tree, needed, trajectory.from, plan.start, plan.quantities);
-  DriveSampleOf<DualNumber> end;
+  trajectory::DriveSampleOf<DualNumber> end;
   if (plan.end.size() > 0) end = measure_drive_dual(mechanism, tree, needed, trajectory.to, plan.end, plan.quantities);
-  for (std::size_t k = 0; k < dual_width; ++k) {
+  for (std::size_t k = 0; k < numerics::dual_width; ++k) {
     ends[k].from = read_pose_values(plan.quantities, rates[k].from, extract_endpoint_derivative(start, k));
     ends[k].to = plan.end.size() > 0 ? extract_endpoint_derivative(end, k)
                                      : read_pose_values(plan.quantities, rates[k].to, ends[k].from);
@@ -175,33 +186,34 @@ std::array<PrescribedMotionGradient::Endpoints, dual_width> PrescribedMotionGrad
 
 /// If only secondary tasks change, the path is irrelevant and is replaced by a straight line, which is linear.
 void PrescribedMotionGradient::add_tangent(std::size_t variable, const Trajectory& values, const Trajectory& rate,
-                                           const Endpoints& ends, const DriveQuantities& quantities) {
+                                           const Endpoints& ends, const trajectory::DriveQuantities& quantities) {
   Trajectory tangent = rate;
   tangent.law = values.law;
   tangent.duration = prescribed_motion_.duration();
-  if (auto* waypoints = std::get_if<WaypointPath>(&tangent.path); waypoints != nullptr && !waypoints->fractions.empty())
-    waypoints->fractions = std::get<WaypointPath>(values.path).fractions;
+  if (auto* waypoints = std::get_if<trajectory::WaypointPath>(&tangent.path);
+      waypoints != nullptr && !waypoints->fractions.empty())
+    waypoints->fractions = std::get<trajectory::WaypointPath>(values.path).fractions;
   else
-    tangent.path = LinePath{};
+    tangent.path = trajectory::LinePath{};
   DriveValue from{ends.from.value, Matrix3::Identity()}, to{ends.to.value, Matrix3::Identity()};
-  tangents_.push_back({variable, PrescribedMotion(make_prescribed_motion_request(tangent, quantities, std::move(from),
-                                                                                 std::move(to)))});
+  tangents_.push_back({variable, trajectory::PrescribedMotion(make_prescribed_motion_request(
+                                     tangent, quantities, std::move(from), std::move(to)))});
 }
 
 void PrescribedMotionGradient::add_stencil(std::size_t variable, const TrajectoryOf<DualNumber>& trajectory,
-                                           double size, const PrescribedMotion::Request& request, const Endpoints& ends,
-                                           const DriveQuantities& quantities) {
+                                           double size, const trajectory::PrescribedMotion::Request& request,
+                                           const Endpoints& ends, const trajectory::DriveQuantities& quantities) {
   DifferenceStencil stencil{variable, stencil_step / (size > 0 ? size : 1), {}, true};
-  const bool table = std::holds_alternative<TablePath>(request.path);
+  const bool table = std::holds_alternative<trajectory::TablePath>(request.path);
   const bool has_end_derivative = request.to.value.size() == ends.to.value.size();
   for (const double stencil_offset : stencil_offsets) {
     const double step = stencil_offset * stencil.step;
-    Trajectory shifted =
-        cast_scalar<double>(trajectory, [&](const DualNumber& x) { return x.value + step * x.d[variable]; });
+    Trajectory shifted = trajectory::cast_scalar<double>(
+        trajectory, [&](const DualNumber& x) { return x.value + step * x.d[variable]; });
     shifted.duration = request.duration;  // its change is accounted for separately
     DriveValue from = table ? request.from : displace_value(request.from, ends.from, step);
     DriveValue to = table || !has_end_derivative ? request.to : displace_value(request.to, ends.to, step);
-    PrescribedMotion::Request shifted_request =
+    trajectory::PrescribedMotion::Request shifted_request =
         make_prescribed_motion_request(shifted, quantities, std::move(from), std::move(to));
     shifted_request.switch_times = request.switch_times;
     stencil.motions.emplace_back(shifted_request);
@@ -211,7 +223,8 @@ void PrescribedMotionGradient::add_stencil(std::size_t variable, const Trajector
   stencils_.push_back(std::move(stencil));
 }
 
-DualNumber PrescribedMotionGradient::at(double time, Side side, long jump, DriveSampleOf<DualNumber>& sample) {
+DualNumber PrescribedMotionGradient::at(double time, trajectory::Side side, long jump,
+                                        trajectory::DriveSampleOf<DualNumber>& sample) {
   prescribed_motion_.at(time, side, drive_sample_);
   set_without_derivatives(drive_sample_, sample);
   DualNumber dual_time(time);
@@ -222,7 +235,7 @@ DualNumber PrescribedMotionGradient::at(double time, Side side, long jump, Drive
   }
   for (const DifferenceStencil& stencil : stencils_)
     for (std::size_t i = 0; i < stencil.motions.size(); ++i) {
-      const PrescribedMotion& shifted = stencil.motions[i];
+      const trajectory::PrescribedMotion& shifted = stencil.motions[i];
       const double shifted_time = jump >= 0 && stencil.has_matching_jumps
                                       ? shifted.jump_times()[static_cast<std::size_t>(jump)]
                                       : time_fraction * shifted.duration();
@@ -232,7 +245,7 @@ DualNumber PrescribedMotionGradient::at(double time, Side side, long jump, Drive
       dual_time.d[stencil.variable] += weight * shifted_time;
     }
   // a longer duration slows the motion down: rates by its relative change, accelerations by twice that
-  for (std::size_t k = 0; k < dual_width; ++k) {
+  for (std::size_t k = 0; k < numerics::dual_width; ++k) {
     if (relative_duration_rate_[k] == 0) continue;
     dual_time.d[k] += relative_duration_rate_[k] * time;
     for (DualNumber& x : sample.rate) x.d[k] -= relative_duration_rate_[k] * x.value;
@@ -247,19 +260,21 @@ bool PrescribedMotionGradient::is_moving_jump(long jump) const {
   const double time = prescribed_motion_.jump_times()[static_cast<std::size_t>(jump)];
   return std::any_of(stencils_.begin(), stencils_.end(), [&](const DifferenceStencil& stencil) {
     if (!stencil.has_matching_jumps) return false;
-    const PrescribedMotion& shifted = stencil.motions.back();
+    const trajectory::PrescribedMotion& shifted = stencil.motions.back();
     return std::abs(shifted.jump_times()[static_cast<std::size_t>(jump)] / shifted.duration() -
                     time / prescribed_motion_.duration()) > 1e-9 * stencil_step;
   });
 }
 
-template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,
+template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&,
+                                                            const kinematics::Tree<kinematics::Planar>&,
                                                             const std::vector<CoordinateId>&,
                                                             const TrajectoryOf<DualNumber>&, const Trajectory&,
-                                                            const CompiledTrajectory<Planar>&);
-template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&, const Tree<Spatial>&,
+                                                            const kinematics::CompiledTrajectory<kinematics::Planar>&);
+template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&,
+                                                            const kinematics::Tree<kinematics::Spatial>&,
                                                             const std::vector<CoordinateId>&,
                                                             const TrajectoryOf<DualNumber>&, const Trajectory&,
-                                                            const CompiledTrajectory<Spatial>&);
+                                                            const kinematics::CompiledTrajectory<kinematics::Spatial>&);
 
-}  // namespace balance
+}  // namespace balance::derivatives

@@ -14,11 +14,13 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::derivatives {
+
+using trajectory::TimeGridPoint;
 
 namespace {
 
-using Gradient = Eigen::Array<double, dual_width, 1>;
+using Gradient = Eigen::Array<double, numerics::dual_width, 1>;
 
 /// A scalar, or a vector's magnitude, with its derivatives.
 struct FigureWithGradient {
@@ -37,7 +39,7 @@ struct GradientRow {
 
 FigureWithGradient time_at(const RunGradient& gradient, bool between, long row) {
   FigureWithGradient out{(between ? gradient.intermediate.rows : gradient.run).time[row], Gradient::Zero()};
-  for (std::size_t k = 0; k < dual_width; ++k)
+  for (std::size_t k = 0; k < numerics::dual_width; ++k)
     out.d[static_cast<Eigen::Index>(k)] =
         (between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]).time[row];
   return out;
@@ -65,7 +67,7 @@ FigureWithGradient value_at(const RunGradient& gradient, Samples RunResult::*arr
   const auto entries = [&](const RunResult& rows) { return (rows.*array).row(gradient_row.row).segment(first, count); };
   const auto current = entries(gradient_row.between ? gradient.intermediate.rows : gradient.run);
   FigureWithGradient out{count == 1 ? current[0] : current.norm(), Gradient::Zero()};
-  for (std::size_t k = 0; k < dual_width; ++k) {
+  for (std::size_t k = 0; k < numerics::dual_width; ++k) {
     const auto change = entries(gradient_row.between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]);
     if (count == 1)
       out.d[static_cast<Eigen::Index>(k)] = change[0];
@@ -75,7 +77,7 @@ FigureWithGradient value_at(const RunGradient& gradient, Samples RunResult::*arr
   return out;
 }
 
-void write(const Gradient& from, std::array<double, dual_width>& to) {
+void write(const Gradient& from, std::array<double, numerics::dual_width>& to) {
   std::copy(from.begin(), from.end(), to.begin());
 }
 
@@ -98,7 +100,7 @@ void update_extremes(const FigureWithGradient& current, std::size_t row_index, s
   update(figure.lowest, -1);
 }
 
-FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSeries& series,
+FigureGradient differentiate_figure(const RunGradient& gradient, const results::MetricSeries& series,
                                     const std::vector<GradientRow>& gradient_rows) {
   FigureGradient figure;
   figure.quantity = series.quantity;
@@ -136,12 +138,12 @@ FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSer
 
 }  // namespace
 
-FigureGradients differentiate_figures(const RunGradient& gradient, const std::vector<MetricSeries>& further) {
+FigureGradients differentiate_figures(const RunGradient& gradient, const std::vector<results::MetricSeries>& further) {
   const std::vector<GradientRow> gradient_rows = order_rows_by_time(gradient);
   FigureGradients out;
-  for (const MetricSeries& series : list_metric_series(gradient.run))
+  for (const results::MetricSeries& series : list_metric_series(gradient.run))
     out.figures.push_back(differentiate_figure(gradient, series, gradient_rows));
-  for (const MetricSeries& series : further)
+  for (const results::MetricSeries& series : further)
     out.figures.push_back(differentiate_figure(gradient, series, gradient_rows));
   Gradient d_energy = Gradient::Zero();
   for (int a = 0; a < static_cast<int>(gradient.run.power.cols()); ++a)
@@ -192,23 +194,24 @@ class DualRun {
       : dual_mechanism_(mechanism),
         dual_trajectory_(trajectory),
         quantities_(quantities),
-        mechanism_(balance::values_of(mechanism)),
-        trajectory_(cast_scalar<double>(trajectory, [](const DualNumber& x) { return x.value; })),
+        mechanism_(model::values_of(mechanism)),
+        trajectory_(trajectory::cast_scalar<double>(trajectory, [](const DualNumber& x) { return x.value; })),
         motion_(mechanism_, trajectory_),
         source_(mechanism_, motion_, trajectory_.about,
-                derivative_detail_ == DerivativeDetail::forces ? Detail::forces : Detail::all) {}
+                derivative_detail_ == DerivativeDetail::forces ? dynamics::Detail::forces : dynamics::Detail::all) {}
 
   RunGradient run() {
     RunGradient out;
     out.run.outcome = source_.outcome();
     if (out.run.outcome.status != MotionStatus::done) return out;
-    const CompiledTrajectory<S>& plan = motion_.plan;
+    const kinematics::CompiledTrajectory<S>& plan = motion_.plan;
     const std::vector<CoordinateId> needed = prescribed_coordinates(trajectory_);
     motion_gradient_.emplace(dual_mechanism_, source_.tree(), needed, dual_trajectory_, trajectory_, plan);
     evaluator_.emplace(dual_mechanism_, source_.tree(), needed, plan.quantities, plan.has_redundant_closures,
-                       plan.freedoms, to_vector<DualSpace<S>>(dual_trajectory_.about));
+                       plan.freedoms, kinematics::to_vector<DualSpace<S>>(dual_trajectory_.about));
     allocate(out);
-    TreePayloads<DualSpace<S>> payloads(dual_mechanism_, evaluator_->tree(), plan.prescribed_motion->duration());
+    kinematics::TreePayloads<DualSpace<S>> payloads(dual_mechanism_, evaluator_->tree(),
+                                                    plan.prescribed_motion->duration());
     payloads.apply(0, evaluator_->tree());
     const bool is_completed = visit_time_grid(source_, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
       const bool is_after_jump = grid_point.kind == TimeGridPoint::Kind::after_jump;
@@ -221,7 +224,7 @@ class DualRun {
       record(source_.evaluator().sample(), grid_point, out);
       return true;
     });
-    for (std::size_t k = 0; k < dual_width; ++k) out.closure_gaps[k] = evaluator_->closure_gaps(k);
+    for (std::size_t k = 0; k < numerics::dual_width; ++k) out.closure_gaps[k] = evaluator_->closure_gaps(k);
     out.run.outcome = is_completed ? source_.completed_outcome() : source_.outcome();
     return out;
   }
@@ -236,19 +239,20 @@ class DualRun {
     const auto prepare = [&](RunResult& result, long count) {
       name_columns(mechanism_, result);
       result.moment_reference = trajectory_.about;
-      resize_arrays(mechanism_, count, {}, result);
-      for (const QuantityDefinition& kind : quantity_table())
+      results::resize_arrays(mechanism_, count, {}, result);
+      for (const results::QuantityDefinition& kind : results::quantity_table())
         if (!is_requested(kind.name)) (result.*kind.member).resize(0, 0);
     };
     prepare(out.run, rows);
     prepare(out.intermediate.rows, intermediate_rows);
     for (RunResult& result : out.derivatives) prepare(result, rows);
-    for (IntermediateSamples& between : out.derivatives_between) prepare(between.rows, intermediate_rows);
-    recorders_.assign(dual_width + 1, ResultRecorder(out.run));
+    for (results::IntermediateSamples& between : out.derivatives_between) prepare(between.rows, intermediate_rows);
+    recorders_.assign(numerics::dual_width + 1, results::ResultRecorder(out.run));
   }
 
   bool differentiate_at(const TimeGridPoint& grid_point) {
-    const Side side = grid_point.kind == TimeGridPoint::Kind::before_jump ? Side::before : Side::after;
+    const trajectory::Side side =
+        grid_point.kind == TimeGridPoint::Kind::before_jump ? trajectory::Side::before : trajectory::Side::after;
     const bool jump =
         grid_point.kind == TimeGridPoint::Kind::before_jump || grid_point.kind == TimeGridPoint::Kind::after_jump;
     const DualNumber time = motion_gradient_->at(source_.time(), side, jump ? grid_point.index : -1, target_);
@@ -259,13 +263,13 @@ class DualRun {
   }
 
   void record(Sample& sample, const TimeGridPoint& grid_point, RunGradient& out) {
-    const SampleOf<DualNumber>& dual_sample = evaluator_->sample();
+    const trajectory::SampleOf<DualNumber>& dual_sample = evaluator_->sample();
     const bool is_sample = grid_point.kind == TimeGridPoint::Kind::sample;
     const long row = is_sample ? grid_point.index : out.intermediate.add(grid_point.next_sample);
     sample.mobility = dual_sample.mobility.value;
-    recorders_[dual_width].write(sample, row, is_sample ? out.run : out.intermediate.rows);
-    for (std::size_t k = 0; k < dual_width; ++k) {
-      IntermediateSamples& between = out.derivatives_between[k];
+    recorders_[numerics::dual_width].write(sample, row, is_sample ? out.run : out.intermediate.rows);
+    for (std::size_t k = 0; k < numerics::dual_width; ++k) {
+      results::IntermediateSamples& between = out.derivatives_between[k];
       if (!is_sample) between.add(grid_point.next_sample);
       write_derivative(dual_sample, k, derivative_detail_, derivative_);
       recorders_[k].write(derivative_, row, is_sample ? out.derivatives[k] : between.rows);
@@ -278,13 +282,13 @@ class DualRun {
   const DerivativeDetail derivative_detail_ = required_detail(quantities_);
   const Mechanism mechanism_;
   const Trajectory trajectory_;
-  const CompiledMotion<S> motion_;
-  TreeMotionSource<S> source_;
+  const kinematics::CompiledMotion<S> motion_;
+  dynamics::TreeMotionSource<S> source_;
   std::optional<PrescribedMotionGradient> motion_gradient_;
   std::optional<DualEvaluator<S>> evaluator_;
-  DriveSampleOf<DualNumber> target_;
+  trajectory::DriveSampleOf<DualNumber> target_;
   Sample derivative_;
-  std::vector<ResultRecorder> recorders_;
+  std::vector<results::ResultRecorder> recorders_;
 };
 
 }  // namespace
@@ -294,8 +298,8 @@ RunGradient differentiate_run(const MechanismOf<DualNumber>& mechanism, const Tr
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   if (has_velocity_constraints(values_of(mechanism)))
     throw std::invalid_argument("a motion with constraints on speeds has no derivatives: it depends on the whole path");
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return DualRun<S>(mechanism, trajectory, quantities).run(); });
+  return kinematics::dispatch_space(mechanism.space,
+                                    [&]<class S>(S) { return DualRun<S>(mechanism, trajectory, quantities).run(); });
 }
 
-}  // namespace balance
+}  // namespace balance::derivatives

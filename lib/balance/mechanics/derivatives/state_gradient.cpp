@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::derivatives {
 
 namespace {
 
 /// The state and the mechanism, seeded with a few variables.
 struct SeededState {
   MechanismOf<DualNumber> mechanism;
-  DriveSampleOf<DualNumber> target;
+  trajectory::DriveSampleOf<DualNumber> target;
 
   void seed(const DifferentiationVariable& variable, std::size_t k) {
     if (const auto* number = std::get_if<MechanismVariable>(&variable)) {
@@ -45,17 +45,17 @@ void require_variables(const InverseDynamics& inverse_dynamics, const std::vecto
 /// Appends the derivatives with respect to the `count` variables seeded. @return whether the actuators hold the
 /// mechanism
 template <class S>
-bool add_derivatives(const InverseDynamicsOf<S>& engine, const SeededState& seeded, double time, std::size_t count,
-                     StateGradient& gradient) {
-  const AssemblyBranch<S>& branch = engine.branch();
-  DriveQuantities quantities;
+bool add_derivatives(const dynamics::InverseDynamicsOf<S>& engine, const SeededState& seeded, double time,
+                     std::size_t count, StateGradient& gradient) {
+  const kinematics::AssemblyBranch<S>& branch = engine.branch();
+  trajectory::DriveQuantities quantities;
   quantities.coordinates = branch.independent();
   DualEvaluator<S> evaluator(seeded.mechanism, branch.tree(), branch.required_coordinates(), quantities,
                              branch.has_redundant_closures(), branch.freedoms(),
-                             to_vector<S>(engine.options.about).template cast<DualNumber>());
+                             kinematics::to_vector<S>(engine.options.about).template cast<DualNumber>());
   evaluator.differentiate_motion(branch.y(), seeded.target);
-  if (!evaluator.evaluate(time, engine.options.time_scale, Detail::all)) return false;
-  SampleOf<DualNumber> sample = evaluator.sample();
+  if (!evaluator.evaluate(time, engine.options.time_scale, dynamics::Detail::all)) return false;
+  trajectory::SampleOf<DualNumber> sample = evaluator.sample();
   sample.mobility = evaluator.mobility();
   for (std::size_t k = 0; k < count; ++k) {
     gradient.derivatives.push_back(derivative_of(sample, k));
@@ -70,7 +70,7 @@ Expected<StateGradient> evaluate_state(InverseDynamics& inverse_dynamics, const 
   return {sample.outcome, {std::move(sample.value), {}, {}}};
 }
 
-DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const VectorX& ddq) {
+trajectory::DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const VectorX& ddq) {
   return {q.cast<DualNumber>(),          dq.cast<DualNumber>(),
           ddq.cast<DualNumber>(),        Matrix3Of<DualNumber>::Identity(),
           Vector3Of<DualNumber>::Zero(), Vector3Of<DualNumber>::Zero()};
@@ -80,8 +80,9 @@ DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const V
 bool add_state_derivatives(const InverseDynamics& inverse_dynamics, const SeededState& seeded, double time,
                            std::size_t count, Expected<StateGradient>& gradient) {
   const auto& engine = inverse_dynamics.implementation();
-  const bool is_held = dispatch_space(inverse_dynamics.mechanism().space, [&]<class S>(S) {
-    return add_derivatives(static_cast<const InverseDynamicsOf<S>&>(engine), seeded, time, count, gradient.value);
+  const bool is_held = kinematics::dispatch_space(inverse_dynamics.mechanism().space, [&]<class S>(S) {
+    return add_derivatives(static_cast<const dynamics::InverseDynamicsOf<S>&>(engine), seeded, time, count,
+                           gradient.value);
   });
   if (is_held) return true;
   gradient.outcome.status = MotionStatus::actuation_singularity;
@@ -98,8 +99,8 @@ Expected<StateGradient> differentiate_state(InverseDynamics& inverse_dynamics, c
   Expected<StateGradient> gradient = evaluate_state(inverse_dynamics, q, dq, ddq, time);
   if (!gradient) return gradient;
   const SeededState unseeded{to_dual(inverse_dynamics.mechanism()), target_of(q, dq, ddq)};
-  for (std::size_t first = 0; first < variables.size(); first += dual_width) {
-    const std::size_t count = std::min<std::size_t>(dual_width, variables.size() - first);
+  for (std::size_t first = 0; first < variables.size(); first += numerics::dual_width) {
+    const std::size_t count = std::min<std::size_t>(numerics::dual_width, variables.size() - first);
     SeededState seeded = unseeded;
     for (std::size_t k = 0; k < count; ++k) seeded.seed(variables[first + k], k);
     if (!add_state_derivatives(inverse_dynamics, seeded, time, count, gradient)) break;
@@ -110,8 +111,9 @@ Expected<StateGradient> differentiate_state(InverseDynamics& inverse_dynamics, c
 Expected<StateGradient> derivatives(InverseDynamics& inverse_dynamics, const MechanismOf<DualNumber>& mechanism,
                                     const VectorX& q, const VectorX& dq, const VectorX& ddq, double time) {
   Expected<StateGradient> gradient = evaluate_state(inverse_dynamics, q, dq, ddq, time);
-  if (gradient) add_state_derivatives(inverse_dynamics, {mechanism, target_of(q, dq, ddq)}, time, dual_width, gradient);
+  if (gradient)
+    add_state_derivatives(inverse_dynamics, {mechanism, target_of(q, dq, ddq)}, time, numerics::dual_width, gradient);
   return gradient;
 }
 
-}  // namespace balance
+}  // namespace balance::derivatives

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-namespace balance {
+namespace balance::derivatives {
 
 /// A variable of the state: the k-th independent coordinate, its rate or its acceleration.
 struct StateVariable {
@@ -36,5 +36,13 @@ struct StateGradient {
 Expected<StateGradient> differentiate_state(InverseDynamics& inverse_dynamics, const VectorX& q, const VectorX& dq,
                                             const VectorX& ddq, const std::vector<DifferentiationVariable>& variables,
                                             double time = 0);
+
+}  // namespace balance::derivatives
+
+namespace balance {
+
+using derivatives::differentiate_state;
+using derivatives::StateGradient;
+using derivatives::StateVariable;
 
 }  // namespace balance

@@ -9,14 +9,18 @@
 #include <set>
 #include <utility>
 
-namespace balance {
+namespace balance::dynamics {
+
+using kinematics::KinematicEquations;
+using kinematics::PlanarOf;
+using kinematics::SpatialOf;
 
 template <class S>
-Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms)
+Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const kinematics::Tree<S>& tree, int freedoms)
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
   std::set<int> distinct;
   for (const CoordinateId coordinate : mechanism.actuators) {
-    const LinearQuantityOf<T>& source = tree.coordinate_expressions[coordinate];
+    const kinematics::LinearQuantityOf<T>& source = tree.coordinate_expressions[coordinate];
     const auto& [column, ratio] = source.terms[0];
     actuated_.push_back({column,
                          ratio,
@@ -27,16 +31,16 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, in
   const int motors = static_cast<int>(actuated_.size());
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
-  if (motors < freedoms) mismatch_ = describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(describe_over_actuation(motors, freedoms));
-  if (closures_ > columns_ - freedoms) notes_.push_back(describe_over_constraint());
+  if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(trajectory::describe_over_actuation(motors, freedoms));
+  if (closures_ > columns_ - freedoms) notes_.push_back(trajectory::describe_over_constraint());
   const bool has_distinct_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && has_distinct_columns && closures_ == columns_ - freedoms;
   if (regular_) prepare_regular(tree);
 }
 
 template <class S>
-void Actuation<S>::prepare_regular(const Tree<S>& tree) {
+void Actuation<S>::prepare_regular(const kinematics::Tree<S>& tree) {
   std::vector<int> motor_of_column(columns_, -1), passive_index(columns_, -1);
   for (std::size_t a = 0; a < actuated_.size(); ++a) motor_of_column[actuated_[a].column] = static_cast<int>(a);
   for (int c = 0; c < columns_; ++c) {
@@ -45,11 +49,11 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
     passive_columns_.push_back(c);
   }
   motor_column_entries_.resize(actuated_.size());
-  SparsityPattern passive(static_cast<std::size_t>(closures_));
+  numerics::SparsityPattern passive(static_cast<std::size_t>(closures_));
   int row = 0;
-  for (const Closure<S>& closure : tree.closures) {
+  for (const kinematics::Closure<S>& closure : tree.closures) {
     std::set<int> columns;
-    for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
+    for (const kinematics::PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
       for (const int c : columns) {
         if (motor_of_column[c] >= 0)
@@ -64,7 +68,7 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
   }
   for (int r = 0; r < closures_; ++r)
     for (const int k : passive[r]) closure_entries_.push_back({r, passive_columns_[k], passive_.index(r, k)});
-  if (columns_ > max_dense_columns) prepare_actuation_matrix();
+  if (columns_ > numerics::max_dense_columns) prepare_actuation_matrix();
 }
 
 template <class S>
@@ -76,7 +80,7 @@ template <class S>
 bool Actuation<S>::solve_regular(const KinematicEquations<S>& equations, const T* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
-  if (factorise_passive(equations) < singular_pivot_threshold) return false;
+  if (factorise_passive(equations) < numerics::singular_pivot_threshold) return false;
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
   passive_.solve_transposed(multipliers_.data());
@@ -173,7 +177,7 @@ bool Actuation<S>::project(const KinematicEquations<S>& equations, MatrixX& proj
 /// solve_regular transposed: one system per actuator instead of one per generalised force.
 template <class S>
 bool Actuation<S>::project_regular(const KinematicEquations<S>& equations, MatrixX& projection) {
-  if (closures_ > 0 && factorise_passive(equations) < singular_pivot_threshold) return false;
+  if (closures_ > 0 && factorise_passive(equations) < numerics::singular_pivot_threshold) return false;
   const std::vector<double>& columns = equations.column_scale();
   std::vector<T> passive_rates(closures_);
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
@@ -233,7 +237,7 @@ template <class S>
 VectorX Actuation<S>::singular_values_without(std::size_t actuator, const KinematicEquations<S>& equations) const {
   MatrixX matrix = actuation_matrix(equations);
   matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
-  return singular_values(matrix);
+  return numerics::singular_values(matrix);
 }
 
 template <class S>
@@ -246,7 +250,7 @@ MatrixX Actuation<S>::actuation_matrix(const KinematicEquations<S>& equations) c
 /// Prepares the sparsity pattern of actuation_matrix() for a large mechanism.
 template <class S>
 void Actuation<S>::prepare_actuation_matrix() {
-  SparsityPattern pattern(static_cast<std::size_t>(columns_));
+  numerics::SparsityPattern pattern(static_cast<std::size_t>(columns_));
   for (const ClosureEntry& entry : closure_entries_) pattern[entry.row].push_back(entry.column);
   for (const std::vector<ClosureEntry>& column : motor_column_entries_)
     for (const ClosureEntry& entry : column) pattern[entry.row].push_back(entry.column);
@@ -257,7 +261,7 @@ void Actuation<S>::prepare_actuation_matrix() {
 
 template <class S>
 std::optional<double> Actuation<S>::sparse_mobility(const KinematicEquations<S>& equations) const {
-  BlockTriangular factors = sparse_matrix_;
+  numerics::BlockTriangular factors = sparse_matrix_;
   for (const ClosureEntry& entry : closure_entries_)
     factors.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
   for (const std::vector<ClosureEntry>& column : motor_column_entries_)
@@ -274,7 +278,7 @@ double Actuation<S>::mobility(const KinematicEquations<S>& equations) const {
   if (closures_ == 0) return 1;
   if (has_sparse_matrix_)
     if (const std::optional<double> value = sparse_mobility(equations)) return *value;
-  return smallest_singular_value(actuation_matrix(equations));
+  return numerics::smallest_singular_value(actuation_matrix(equations));
 }
 
 using OnPlane = Actuation<PlanarOf<EngineScalar>>;
@@ -295,4 +299,4 @@ template std::optional<double> InSpace::sparse_mobility(const KinematicEquations
 template double OnPlane::mobility(const KinematicEquations<PlanarOf<EngineScalar>>&) const;
 template double InSpace::mobility(const KinematicEquations<SpatialOf<EngineScalar>>&) const;
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -13,7 +13,12 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::lanes {
+template <class L>
+class LaneActuation;
+}
+
+namespace balance::dynamics {
 
 // Minimum-norm efforts and, for these, minimum-norm multipliers, if actuators or closures are redundant:
 // Sᵀ u + Cᵀ λ = f.
@@ -34,8 +39,8 @@ Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>,
 
 /// Factors of the map from efforts to the velocities that the loops allow.
 struct ActuationFactors {
-  MatrixX null_space;                              ///< of the closures: columns × freedoms
-  SingularValueDecomposition closures, selection;  ///< the first is computed only if there are closures
+  MatrixX null_space;                                        ///< of the closures: columns × freedoms
+  numerics::SingularValueDecomposition closures, selection;  ///< the first is computed only if there are closures
   bool has_closures = false;
   bool is_regular = true;  ///< the actuators hold the mechanism, and the loops keep their rank
 
@@ -57,16 +62,13 @@ LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, cons
                                            const MatrixX& C, const MatrixX& S, const MatrixX& dC, const MatrixX& dS,
                                            const VectorX& df);
 
-template <class L>
-class LaneActuation;
-
 template <class S>
-class Actuation : public RegularityMonitor<S> {
+class Actuation : public kinematics::RegularityMonitor<S> {
  public:
   using T = typename S::Scalar;
 
   /// @param freedoms computed by rank
-  Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms);
+  Actuation(const MechanismOf<T>& mechanism, const kinematics::Tree<S>& tree, int freedoms);
 
   /// Message if there are too few actuators for the freedoms; else empty.
   const std::string& mismatch() const { return mismatch_; }
@@ -80,32 +82,33 @@ class Actuation : public RegularityMonitor<S> {
   /// @param equations evaluated at the present configuration
   /// @param tau per tree coordinate
   /// @return false if the actuators do not hold the mechanism at this configuration
-  bool solve(const KinematicEquations<S>& equations, const T* tau);
+  bool solve(const kinematics::KinematicEquations<S>& equations, const T* tau);
 
   /// The matrix by which solve() maps tau to the efforts at this configuration; values only.
   /// @param projection actuators × tree coordinates
   /// @return as solve()
-  bool project(const KinematicEquations<S>& equations, MatrixX& projection);
+  bool project(const kinematics::KinematicEquations<S>& equations, MatrixX& projection);
 
   const std::vector<T>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
   const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
   /// Factorises the matrix that decides whether the actuators hold the mechanism: the closures' passive columns if
   /// these are square, else closures and actuated coordinates together.
-  double factorise(const KinematicEquations<S>& equations) override;
+  double factorise(const kinematics::KinematicEquations<S>& equations) override;
   void store() override;
   bool is_near_stored(double limit) override;
-  double mobility(const KinematicEquations<S>& equations) const override;
+  double mobility(const kinematics::KinematicEquations<S>& equations) const override;
   /// Number of actuators, if there are more than degrees of freedom and the mechanism has loops; else 0.
   std::size_t redundant_count() const override;
-  VectorX singular_values_without(std::size_t actuator, const KinematicEquations<S>& equations) const override;
+  VectorX singular_values_without(std::size_t actuator,
+                                  const kinematics::KinematicEquations<S>& equations) const override;
 
  private:
   template <class L>
-  friend class LaneActuation;  ///< the same for many samples at once
+  friend class lanes::LaneActuation;  ///< the same for many samples at once
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
   struct ActuatedCoordinate {
-    ColumnId column;
+    kinematics::ColumnId column;
     T ratio;      ///< of the actuated coordinate to the tree coordinate
     double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
     std::vector<std::pair<int, T>> further_terms;  ///< further columns and ratios of a sum
@@ -113,37 +116,37 @@ class Actuation : public RegularityMonitor<S> {
   /// An entry of the closures, and its indices among the equations' values and, for passive columns, in `passive_`.
   struct ClosureEntry {
     int row;
-    ColumnId column;
+    kinematics::ColumnId column;
     int index = -1;
     int storage_index = -1;  ///< storage index among the equations' values
   };
 
-  void prepare_regular(const Tree<S>& tree);
-  bool solve_regular(const KinematicEquations<S>& equations, const T* tau);
-  bool solve_general(const KinematicEquations<S>& equations, const T* tau);
-  double factorise_passive(const KinematicEquations<S>& equations);
-  void find_entry_indices(const KinematicEquations<S>& equations);
-  bool project_regular(const KinematicEquations<S>& equations, MatrixX& projection);
-  bool project_general(const KinematicEquations<S>& equations, MatrixX& projection) const;
-  Matrix closure_jacobian(const KinematicEquations<S>& equations) const;
-  Matrix actuation_selection(const KinematicEquations<S>& equations) const;
+  void prepare_regular(const kinematics::Tree<S>& tree);
+  bool solve_regular(const kinematics::KinematicEquations<S>& equations, const T* tau);
+  bool solve_general(const kinematics::KinematicEquations<S>& equations, const T* tau);
+  double factorise_passive(const kinematics::KinematicEquations<S>& equations);
+  void find_entry_indices(const kinematics::KinematicEquations<S>& equations);
+  bool project_regular(const kinematics::KinematicEquations<S>& equations, MatrixX& projection);
+  bool project_general(const kinematics::KinematicEquations<S>& equations, MatrixX& projection) const;
+  Matrix closure_jacobian(const kinematics::KinematicEquations<S>& equations) const;
+  Matrix actuation_selection(const kinematics::KinematicEquations<S>& equations) const;
   void prepare_actuation_matrix();
-  std::optional<double> sparse_mobility(const KinematicEquations<S>& equations) const;
+  std::optional<double> sparse_mobility(const kinematics::KinematicEquations<S>& equations) const;
   /// The closures, and below them the selection.
-  MatrixX actuation_matrix(const KinematicEquations<S>& equations) const;
+  MatrixX actuation_matrix(const kinematics::KinematicEquations<S>& equations) const;
 
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on a column of its own
   std::vector<ActuatedCoordinate> actuated_;
-  std::vector<ColumnId> passive_columns_;
-  SquareSystem<T> passive_;  ///< closure rows × passive columns
+  std::vector<kinematics::ColumnId> passive_columns_;
+  numerics::SquareSystem<T> passive_;  ///< closure rows × passive columns
   std::vector<ClosureEntry> closure_entries_;
   long factorised_evaluation_ = -1;  ///< KinematicEquations::evaluation_count() when `passive_` was factorised
-  const KinematicEquations<S>* factorised_equations_ = nullptr;
+  const kinematics::KinematicEquations<S>* factorised_equations_ = nullptr;
   std::size_t pattern_id_ = 0;  ///< KinematicEquations::pattern_id() of the storage indices
   double regularity_ = 1;
-  RankMonitor matrix_;             ///< closures and actuated coordinates
-  BlockTriangular sparse_matrix_;  ///< the same for a large mechanism
+  numerics::RankMonitor matrix_;             ///< closures and actuated coordinates
+  numerics::BlockTriangular sparse_matrix_;  ///< the same for a large mechanism
   bool has_sparse_matrix_ = false;
   std::vector<std::vector<ClosureEntry>> motor_column_entries_;  ///< per actuator: the closures' entries in its column
   std::vector<T> efforts_, multipliers_;
@@ -151,7 +154,7 @@ class Actuation : public RegularityMonitor<S> {
   std::vector<std::string> notes_;
 };
 
-extern template class Actuation<Planar>;
-extern template class Actuation<Spatial>;
+extern template class Actuation<kinematics::Planar>;
+extern template class Actuation<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

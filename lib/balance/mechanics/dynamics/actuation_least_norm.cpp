@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::dynamics {
 
 ActuationFactors::ActuationFactors(const MatrixX& C, const MatrixX& S, int freedoms)
     : null_space(MatrixX::Identity(S.cols(), S.cols())), has_closures(C.rows() > 0) {
@@ -16,12 +16,12 @@ ActuationFactors::ActuationFactors(const MatrixX& C, const MatrixX& S, int freed
   selection.compute(null_space.transpose() * S.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   const VectorX& sigma = selection.singularValues();
   if (freedoms > 0)
-    is_regular =
-        sigma.size() >= freedoms && sigma[freedoms - 1] >= singular_pivot_threshold * std::max(1e-300, sigma[0]);
+    is_regular = sigma.size() >= freedoms &&
+                 sigma[freedoms - 1] >= numerics::singular_pivot_threshold * std::max(1e-300, sigma[0]);
   const Eigen::Index rank = S.cols() - freedoms;
   if (has_closures && rank > 0 && rank <= closures.singularValues().size())
-    is_regular =
-        is_regular && closures.singularValues()[rank - 1] >= singular_pivot_threshold * closures.singularValues()[0];
+    is_regular = is_regular && closures.singularValues()[rank - 1] >=
+                                   numerics::singular_pivot_threshold * closures.singularValues()[0];
 }
 
 LeastNormSolution solve_least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f) {
@@ -41,9 +41,9 @@ LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, cons
                                            const VectorX& df) {
   const Eigen::Index columns = S.cols(), closures = C.rows();
   const MatrixX& N = factors.null_space;
-  const VectorX n = N.cols() > 0 ? VectorX(N * CompleteOrthogonalDecomposition(S * N).solve(solution.efforts))
+  const VectorX n = N.cols() > 0 ? VectorX(N * numerics::CompleteOrthogonalDecomposition(S * N).solve(solution.efforts))
                                  : VectorX(VectorX::Zero(columns));
-  const VectorX v = closures > 0 ? VectorX(CompleteOrthogonalDecomposition(C).solve(solution.multipliers))
+  const VectorX v = closures > 0 ? VectorX(numerics::CompleteOrthogonalDecomposition(C).solve(solution.multipliers))
                                  : VectorX(VectorX::Zero(columns));
   MatrixX system = MatrixX::Zero(columns + closures, 2 * columns);
   system.topLeftCorner(columns, columns) = S.transpose() * S;
@@ -53,8 +53,8 @@ LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, cons
   rhs.head(columns) =
       df - dS.transpose() * (S * n) - S.transpose() * (dS * n) - dC.transpose() * (C * v) - C.transpose() * (dC * v);
   rhs.tail(closures) = -dC * n;
-  const VectorX change = CompleteOrthogonalDecomposition(system).solve(rhs);
+  const VectorX change = numerics::CompleteOrthogonalDecomposition(system).solve(rhs);
   return {dS * n + S * change.head(columns), dC * v + C * change.tail(columns)};
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -7,7 +7,7 @@
 #include <map>
 #include <string_view>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
@@ -118,7 +118,7 @@ bool is_loose(const FreeSprings& loose, std::size_t spring) { return spring < lo
 template <class S>
 void add_inertias(const Mechanism& mechanism, std::vector<double>& values) {
   const auto add = [&](double mass, const Vector3& com, const Matrix3& about_com) {
-    const VectorX pi = list_inertial_parameters<S>(inertia_about_origin<S>(mass, com, about_com));
+    const VectorX pi = list_inertial_parameters<S>(kinematics::inertia_about_origin<S>(mass, com, about_com));
     values.insert(values.end(), pi.data(), pi.data() + pi.size());
   };
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
@@ -171,7 +171,7 @@ std::vector<Parameter> list_parameters(const Mechanism& mechanism, const FreeSpr
 
 VectorX parameter_values(const Mechanism& mechanism, const FreeSprings& loose) {
   std::vector<double> values;
-  dispatch_space(mechanism.space, [&]<class S>(S) {
+  kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
     add_inertias<S>(mechanism, values);
     for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
       add_spring_values(mechanism.springs[s], S::dimension, is_loose(loose, s), values);
@@ -179,4 +179,4 @@ VectorX parameter_values(const Mechanism& mechanism, const FreeSprings& loose) {
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

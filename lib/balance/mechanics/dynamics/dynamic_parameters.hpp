@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// The kind of element that owns a parameter. Loads and friction are known terms
 /// (synthesis/conditions/known_terms.hpp), not design parameters.
@@ -55,4 +55,4 @@ std::vector<Parameter> list_parameters(const Mechanism& mechanism, const FreeSpr
 /// Their values [SI], in the same order.
 VectorX parameter_values(const Mechanism& mechanism, const FreeSprings& loose = {});
 
-}  // namespace balance
+}  // namespace balance::dynamics

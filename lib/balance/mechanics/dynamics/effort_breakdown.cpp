@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
@@ -48,7 +48,7 @@ MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result
   const double duration = result.time[samples - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
   for (const auto member : part_members) (result.*member).resize(result.torque.rows(), result.torque.cols());
-  const PayloadIntervals payload_intervals(mechanism, duration);
+  const model::PayloadIntervals payload_intervals(mechanism, duration);
   MotionOutcome outcome;
   Rows rows{0, 0};
   for (int k = 0; k < payload_intervals.count(); ++k) {
@@ -86,4 +86,4 @@ MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eig
   return terms.assemble(extract_independent_states(terms, result).q.row(row), guess).outcome;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

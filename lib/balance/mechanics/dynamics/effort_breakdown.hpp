@@ -5,7 +5,7 @@
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
 
-namespace balance {
+namespace balance::dynamics {
 
 /// Fills the result's torque_inertia … torque_load, in the independent coordinates that EquationTerms chooses.
 /// @param result a run of this mechanism whose outcome is done
@@ -27,4 +27,4 @@ StateTable extract_independent_states(const EquationTerms& terms, const RunResul
 /// Assembles the mechanism in the mode of one sample of a run.
 MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eigen::Index row = 0);
 
-}  // namespace balance
+}  // namespace balance::dynamics

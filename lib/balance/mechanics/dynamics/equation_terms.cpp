@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
@@ -23,7 +23,7 @@ Mechanism with_only(Mechanism mechanism, EffortPart part) {
 MotionOutcome finite_outcome(double time, bool finite, const char* what, const Mechanism& mechanism) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  return finite ? outcome : make_overflow_outcome(time, what, mechanism);
+  return finite ? outcome : trajectory::make_overflow_outcome(time, what, mechanism);
 }
 
 }  // namespace
@@ -31,14 +31,14 @@ MotionOutcome finite_outcome(double time, bool finite, const char* what, const M
 template <class S>
 EquationTermsOf<S>::EquationTermsOf(const Mechanism& source_mechanism, const InverseOptions& requested_options)
     : Implementation(source_mechanism, requested_options),
-      branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
+      branch_(mechanism, kinematics::choose_independent_coordinates<S>(mechanism, options.independent)),
       actuation_(mechanism, branch_.tree(), branch_.freedoms()),
       only_loads_(with_only(mechanism, EffortPart::load)),
       only_springs_(with_only(mechanism, EffortPart::spring)),
       loads_(only_loads_, branch_.tree()),
       springs_(only_springs_, branch_.tree()),
-      closure_system_(branch_.tree(), Drive<S>{}),
-      gravity_(to_vector<S>(mechanism.gravity)),
+      closure_system_(branch_.tree(), kinematics::Drive<S>{}),
+      gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       wrenches_(branch_.tree().nodes.size()),
       columns_(branch_.tree().columns),
       freedoms_(branch_.freedoms()) {
@@ -46,14 +46,14 @@ EquationTermsOf<S>::EquationTermsOf(const Mechanism& source_mechanism, const Inv
   name_tree_coordinates();
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : actuation_.notes()) notes.push_back(note);
-  for (const PassiveFreedom& freedom : branch_.tree().locked_freedoms)
-    notes.push_back(describe_locked_freedom(mechanism, freedom));
+  for (const model::PassiveFreedom& freedom : branch_.tree().locked_freedoms)
+    notes.push_back(trajectory::describe_locked_freedom(mechanism, freedom));
 }
 
 /// Names each column after the joint coordinate that equals it; of several coupled ones, after the leader.
 template <class S>
 void EquationTermsOf<S>::name_tree_coordinates() {
-  const Tree<S>& tree = branch_.tree();
+  const kinematics::Tree<S>& tree = branch_.tree();
   redundant.assign(static_cast<std::size_t>(columns_), "");
   for (int c = 0; c < columns_; ++c)
     redundant_lengths.push_back(tree.is_length_column[static_cast<std::size_t>(c)] != 0);
@@ -65,7 +65,7 @@ void EquationTermsOf<S>::name_tree_coordinates() {
   for (std::size_t c = 0; c < redundant.size(); ++c)
     if (redundant[c].empty()) redundant[c] = "y" + std::to_string(c + 1);
   auto constraint = mechanism.constraints.begin();
-  for (const Closure<S>& closure : tree.closures) {
+  for (const kinematics::Closure<S>& closure : tree.closures) {
     const std::string& name =
         closure.joint < 0 ? (constraint++)->name : mechanism.joints[static_cast<std::size_t>(closure.joint)].name;
     closures.insert(closures.end(), closure.rows.size(), name);
@@ -93,11 +93,11 @@ MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
 /// Generalised forces per tree coordinate that the masses require at these rates and accelerations.
 template <class S>
 VectorX EquationTermsOf<S>::inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight) {
-  const Tree<S>& tree = branch_.tree();
-  TreeState<S>& state = branch_.state();
+  const kinematics::Tree<S>& tree = branch_.tree();
+  kinematics::TreeState<S>& state = branch_.state();
   compute_angular_velocities(tree, dy.data(), state);
   const typename S::Vector base = weight ? typename S::Vector(-gravity_) : typename S::Vector(S::Vector::Zero());
-  compute_accelerations<S>(tree, dy.data(), ddy.data(), base, state);
+  kinematics::compute_accelerations<S>(tree, dy.data(), ddy.data(), base, state);
   for (auto& wrench : wrenches_) wrench = {};
   VectorX tau(columns_);
   inverse_dynamics(tree, state, wrenches_, tau.data());
@@ -156,14 +156,14 @@ MatrixX EquationTermsOf<S>::input_matrix() const {
 /// A in SI units, without the scales that make its entries comparable.
 template <class S>
 MatrixX EquationTermsOf<S>::constraint_matrix() {
-  const Tree<S>& tree = branch_.tree();
+  const kinematics::Tree<S>& tree = branch_.tree();
   MatrixX A;
   closure_system_.velocity_jacobian(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, A);
   const VectorX scale = column_scale(tree);
   A = A * scale.cwiseInverse().asDiagonal();
   Eigen::Index row = 0;
-  for (const Closure<S>& closure : tree.closures)
-    for (const ClosureRow& kind : closure.rows) A.row(row++) /= compute_row_scale(tree, closure, kind);
+  for (const kinematics::Closure<S>& closure : tree.closures)
+    for (const kinematics::ClosureRow& kind : closure.rows) A.row(row++) /= compute_row_scale(tree, closure, kind);
   return A;
 }
 
@@ -267,8 +267,8 @@ MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const
   return finite_outcome(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
 }
 
-template class EquationTermsOf<Planar>;
-template class EquationTermsOf<Spatial>;
+template class EquationTermsOf<kinematics::Planar>;
+template class EquationTermsOf<kinematics::Spatial>;
 
 namespace {
 
@@ -277,7 +277,7 @@ std::unique_ptr<EquationTerms::Implementation> make_equation_terms(const Mechani
   require_valid(mechanism);
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");
-  return dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<EquationTerms::Implementation> {
+  return kinematics::dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<EquationTerms::Implementation> {
     return std::make_unique<EquationTermsOf<S>>(mechanism, options);
   });
 }
@@ -336,4 +336,4 @@ Expected<EffortBreakdown> EquationTerms::split_efforts(const VectorX& q, const V
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

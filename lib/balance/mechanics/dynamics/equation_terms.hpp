@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// Generalised forces that do not depend on rates, per coordinate [N m or N]: those that hold the mechanism at rest.
 struct StaticTerms {
@@ -102,7 +102,7 @@ class EquationTerms {
   /// @throws std::invalid_argument if speeds and constrained speeds together are not as many as the degrees of freedom,
   ///        or refer to a body that does not exist or to the coordinate of a joint that closes a loop
   /// @return drive_singularity if they do not determine the rates
-  Expected<SpeedTerms> speed_terms(const VectorX& q, const SpeedChoice& choice, double time = 0);
+  Expected<SpeedTerms> speed_terms(const VectorX& q, const model::SpeedChoice& choice, double time = 0);
   /// Fails if the actuators do not hold the mechanism (actuation_singularity) or are too few (mismatch).
   Expected<EffortBreakdown> split_efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
@@ -112,4 +112,4 @@ class EquationTerms {
   std::unique_ptr<Implementation> engine_;
 };
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 class EquationTerms::Implementation {
  public:
@@ -24,7 +24,7 @@ class EquationTerms::Implementation {
   virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
   /// Jacobian of the generalised speeds by the independent rates and, per speed, the quadratic form in these rates that
   /// its time derivative contains.
-  virtual MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
+  virtual MotionOutcome speed_rows(const double* q, const std::vector<model::GeneralisedSpeed>& speeds, MatrixX& rows,
                                    std::vector<MatrixX>& forms) = 0;
   virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time,
                               EffortBreakdown& out) = 0;
@@ -44,7 +44,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) override;
   MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) override;
   MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) override;
-  MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
+  MotionOutcome speed_rows(const double* q, const std::vector<model::GeneralisedSpeed>& speeds, MatrixX& rows,
                            std::vector<MatrixX>& forms) override;
   MotionOutcome split(const double* q, const double* dq, const double* ddq, double time, EffortBreakdown& out) override;
 
@@ -62,19 +62,19 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   std::vector<MatrixX> tree_velocity_terms();
   MotionOutcome projection(double time, MatrixX& matrix);
 
-  AssemblyBranch<S> branch_;
+  kinematics::AssemblyBranch<S> branch_;
   Actuation<S> actuation_;
   Mechanism only_loads_, only_springs_;
   ExternalForces<S> loads_, springs_;
-  ConstraintSystem<S> closure_system_;
+  kinematics::ConstraintSystem<S> closure_system_;
   typename S::Vector gravity_;
   std::vector<Wrench<S>> wrenches_;
   int columns_, freedoms_;
   MatrixX C_;  ///< Φ C = 0, columns × independent coordinates
 };
 
-extern template class EquationTermsOf<Planar>;
-extern template class EquationTermsOf<Spatial>;
+extern template class EquationTermsOf<kinematics::Planar>;
+extern template class EquationTermsOf<kinematics::Spatial>;
 
 // Quadratic forms of rates.
 
@@ -99,4 +99,4 @@ std::vector<MatrixX> polarise_quadratic_form(int size, const Values& evaluate) {
   return forms;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -5,19 +5,20 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
 template <class S>
-FixedFrame<S> place_on_body(const Tree<S>& tree, BodyId body, const Vector3Of<typename S::Scalar>& point) {
-  const FixedFrame<S>& frame = tree.bodies[body];
-  return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
+kinematics::FixedFrame<S> place_on_body(const kinematics::Tree<S>& tree, BodyId body,
+                                        const Vector3Of<typename S::Scalar>& point) {
+  const kinematics::FixedFrame<S>& frame = tree.bodies[body];
+  return {frame.node, frame.R_N, frame.p_N + frame.R_N * kinematics::to_vector<S>(point)};
 }
 
 /// Force and moment of a load at a time: linear between its entries, held beyond them.
 template <class T>
-void interpolate_load(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
+void interpolate_load(const model::LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
   if (load.time.empty()) {
     force = load.force[0], moment = load.moment[0];
     return;
@@ -37,10 +38,10 @@ void interpolate_load(const LoadOf<T>& load, const T& time, Vector3Of<T>& force,
 }  // namespace
 
 template <class S>
-ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree) {
-  for (const LoadOf<Scalar>& load : mechanism.loads)
-    if (load.body != ground) loads_.push_back({&load, place_on_body(tree, load.body, load.point)});
-  for (const SpringOf<Scalar>& spring : mechanism.springs)
+ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const kinematics::Tree<S>& tree) {
+  for (const model::LoadOf<Scalar>& load : mechanism.loads)
+    if (load.body != model::ground) loads_.push_back({&load, place_on_body(tree, load.body, load.point)});
+  for (const model::SpringOf<Scalar>& spring : mechanism.springs)
     if (spring.is_joint_spring())
       joint_springs_.push_back({&tree.coordinate_expressions[spring.coordinate], spring.stiffness, spring.preload});
     else
@@ -50,26 +51,27 @@ ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tr
 }
 
 template <class S>
-void ExternalForces<S>::apply(const TreeState<S>& state, const FixedFrame<S>& frame, const typename S::Vector& force,
-                              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
+void ExternalForces<S>::apply(const kinematics::TreeState<S>& state, const kinematics::FixedFrame<S>& frame,
+                              const typename S::Vector& force, typename S::Angular moment,
+                              std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
   if (frame.node == 0) return;  // acts on the ground
-  const NodeState<S>& s = state[frame.node];
+  const kinematics::NodeState<S>& s = state[frame.node];
   const typename S::Vector f_N = rotate_inverse(s.R_WN, force);
   wrenches[frame.node].force -= f_N;
-  wrenches[frame.node].moment -= rotate_inverse(s.R_WN, moment) + cross(frame.p_N, f_N);
+  wrenches[frame.node].moment -= rotate_inverse(s.R_WN, moment) + kinematics::cross(frame.p_N, f_N);
   total.force += force;
-  total.moment += moment + cross(position(state, frame), force);
+  total.moment += moment + kinematics::cross(position(state, frame), force);
 }
 
 template <class S>
-void ExternalForces<S>::subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
-                                 Wrench<S>& total, Wrench<S>& loads) const {
+void ExternalForces<S>::subtract(const kinematics::TreeState<S>& state, const Scalar& time,
+                                 std::vector<Wrench<S>>& wrenches, Wrench<S>& total, Wrench<S>& loads) const {
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
     interpolate_load(*placed.load, time, force, moment);
-    typename S::Vector f = to_vector<S>(force);
-    typename S::Angular m = to_angular<S>(moment);
-    if (placed.load->frame == Frame::body) {
+    typename S::Vector f = kinematics::to_vector<S>(force);
+    typename S::Angular m = kinematics::to_angular<S>(moment);
+    if (placed.load->frame == model::Frame::body) {
       const typename S::Rotation R = orientation(state, placed.frame);
       f = R * f;
       m = R * m;
@@ -96,7 +98,7 @@ void ExternalForces<S>::add_joint_springs(const Scalar* y, Scalar* tau) const {
 }
 
 template <class S>
-typename S::Scalar ExternalForces<S>::energy(const TreeState<S>& state, const Scalar* y) const {
+typename S::Scalar ExternalForces<S>::energy(const kinematics::TreeState<S>& state, const Scalar* y) const {
   Scalar sum = 0;
   for (const JointSpring& spring : joint_springs_) {
     const Scalar q = spring.coordinate->value(y);
@@ -111,14 +113,14 @@ typename S::Scalar ExternalForces<S>::energy(const TreeState<S>& state, const Sc
 }
 
 template <class S>
-double ExternalForces<S>::length_magnitude(const TreeState<S>& state, const PlacedSpring& spring) {
+double ExternalForces<S>::length_magnitude(const kinematics::TreeState<S>& state, const PlacedSpring& spring) {
   return value_of(position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length);
 }
 
 template <class S>
 template <class Tension, class Add>
 void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const {
-  const auto visit = [&](const FixedFrame<S>& frame, double force, double moment) {
+  const auto visit = [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
     if (frame.node != 0) add(frame, force, moment);
   };
   for (const PlacedLoad& placed : loads_) {
@@ -134,11 +136,11 @@ void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tens
 }
 
 template <class S>
-void ExternalForces<S>::add_magnitudes(const TreeState<S>& state, const Scalar& time,
+void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time,
                                        std::vector<ForceMagnitude>& magnitudes) const {
   visit_magnitudes(
       time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
-      [&](const FixedFrame<S>& frame, double force, double moment) {
+      [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         ForceMagnitude& magnitude = magnitudes[static_cast<std::size_t>(frame.node)];
         magnitude.force += force;
         magnitude.moment += moment + value_of(frame.p_N.norm()) * force;
@@ -146,7 +148,7 @@ void ExternalForces<S>::add_magnitudes(const TreeState<S>& state, const Scalar& 
 }
 
 template <class S>
-ForceMagnitude ExternalForces<S>::sum_magnitudes(const TreeState<S>& state, const Scalar& time) const {
+ForceMagnitude ExternalForces<S>::sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time) const {
   ForceMagnitude sum;
   visit_magnitudes(
       time,
@@ -154,7 +156,7 @@ ForceMagnitude ExternalForces<S>::sum_magnitudes(const TreeState<S>& state, cons
         const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
         return std::abs(value_of(length) - value_of(spring.free_length));
       },
-      [&](const FixedFrame<S>& frame, double force, double moment) {
+      [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         sum.force += force;
         sum.moment += moment + value_of(position(state, frame).norm()) * force;
       });
@@ -177,7 +179,7 @@ void ExternalForces<S>::add_joint_magnitudes(const Scalar* y, std::vector<double
 }
 
 template <class S>
-double ExternalForces<S>::energy_magnitude(const TreeState<S>& state, const Scalar* y) const {
+double ExternalForces<S>::energy_magnitude(const kinematics::TreeState<S>& state, const Scalar* y) const {
   double sum = 0;
   for (const JointSpring& spring : joint_springs_) {
     const double q = spring.coordinate_magnitude(y);
@@ -190,7 +192,7 @@ double ExternalForces<S>::energy_magnitude(const TreeState<S>& state, const Scal
   return sum;
 }
 
-template class ExternalForces<PlanarOf<EngineScalar>>;
-template class ExternalForces<SpatialOf<EngineScalar>>;
+template class ExternalForces<kinematics::PlanarOf<EngineScalar>>;
+template class ExternalForces<kinematics::SpatialOf<EngineScalar>>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// Sums of the magnitudes of the terms of a force, and of its moment about a node's origin.
 struct ForceMagnitude {
@@ -20,7 +20,7 @@ class ExternalForces {
  public:
   using Scalar = typename S::Scalar;
 
-  ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree);
+  ExternalForces(const MechanismOf<Scalar>& mechanism, const kinematics::Tree<S>& tree);
 
   bool is_empty() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
 
@@ -29,38 +29,39 @@ class ExternalForces {
   /// @param state poses in the world
   /// @param total of loads and springs on the moving bodies: world axes, about the world's origin
   /// @param loads part of it that is due to the loads
-  void subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
-                Wrench<S>& loads) const;
+  void subtract(const kinematics::TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
+                Wrench<S>& total, Wrench<S>& loads) const;
 
   /// Adds the generalised forces that balance springs in joint coordinates: stiffness · q − preload.
   /// @param y tree coordinates @param tau per tree coordinate [N m or N]
   void add_joint_springs(const Scalar* y, Scalar* tau) const;
 
   /// Energy stored in the springs [J]; that of joint springs is zero at coordinate zero.
-  Scalar energy(const TreeState<S>& state, const Scalar* y) const;
+  Scalar energy(const kinematics::TreeState<S>& state, const Scalar* y) const;
 
   /// Adds the magnitudes of the terms of its external wrenches to every node's entry. A spring's tension is a
   /// difference of lengths, which are differences of positions.
-  void add_magnitudes(const TreeState<S>& state, const Scalar& time, std::vector<ForceMagnitude>& magnitudes) const;
+  void add_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time,
+                      std::vector<ForceMagnitude>& magnitudes) const;
   /// Magnitudes of all external wrenches about the world's origin, for sums in which the same wrenches are added and
   /// subtracted.
-  ForceMagnitude sum_magnitudes(const TreeState<S>& state, const Scalar& time) const;
+  ForceMagnitude sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time) const;
   /// As add_magnitudes(), for add_joint_springs(), per tree coordinate.
   void add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const;
   /// The same for the springs' energy [J].
-  double energy_magnitude(const TreeState<S>& state, const Scalar* y) const;
+  double energy_magnitude(const kinematics::TreeState<S>& state, const Scalar* y) const;
 
  private:
   struct PlacedLoad {
-    const LoadOf<Scalar>* load;
-    FixedFrame<S> frame;  ///< origin at the point of action, axes of the body
+    const model::LoadOf<Scalar>* load;
+    kinematics::FixedFrame<S> frame;  ///< origin at the point of action, axes of the body
   };
   struct PlacedSpring {
-    FixedFrame<S> first, second;
+    kinematics::FixedFrame<S> first, second;
     Scalar stiffness, free_length;
   };
   struct JointSpring {
-    const LinearQuantityOf<Scalar>* coordinate;
+    const kinematics::LinearQuantityOf<Scalar>* coordinate;
     Scalar stiffness, preload;
 
     /// Magnitude of the coordinate; at least one radian for an angle, whose round-off is that of one radian.
@@ -71,17 +72,18 @@ class ExternalForces {
   /// @param tension of a spring, per unit of its stiffness
   template <class Tension, class Add>
   void visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const;
-  static double length_magnitude(const TreeState<S>& state, const PlacedSpring& spring);
-  void apply(const TreeState<S>& state, const FixedFrame<S>& frame, const typename S::Vector& force,
-             typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
+  static double length_magnitude(const kinematics::TreeState<S>& state, const PlacedSpring& spring);
+  void apply(const kinematics::TreeState<S>& state, const kinematics::FixedFrame<S>& frame,
+             const typename S::Vector& force, typename S::Angular moment, std::vector<Wrench<S>>& wrenches,
+             Wrench<S>& total) const;
 
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;
   std::vector<JointSpring> joint_springs_;
 };
 
-extern template class ExternalForces<Planar>;
-extern template class ExternalForces<Spatial>;
+extern template class ExternalForces<kinematics::Planar>;
+extern template class ExternalForces<kinematics::Spatial>;
 
 // Joint friction of a tree in motion.
 
@@ -90,22 +92,22 @@ extern template class ExternalForces<Spatial>;
 /// @param dy rates of the tree's coordinates @param duration of the whole motion [s]
 /// @param tau per tree coordinate [N m or N]
 template <class S>
-void add_friction_forces(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
+void add_friction_forces(const MechanismOf<typename S::Scalar>& mechanism, const kinematics::Tree<S>& tree,
                          const typename S::Scalar* dy, double duration, typename S::Scalar* tau) {
   using T = typename S::Scalar;
   double max_rate = 0;
   for (int c = 0; c < tree.columns; ++c)
     max_rate =
         std::max(max_rate, std::abs(value_of(dy[c])) / (tree.is_length_column[c] ? tree.characteristic_length : 1));
-  const double rest_threshold = rest_rate_threshold(max_rate, duration);
-  for (const FrictionOf<T>& friction : mechanism.friction) {
-    const LinearQuantityOf<T>& source = tree.coordinate_expressions[friction.coordinate];
+  const double rest_threshold = model::rest_rate_threshold(max_rate, duration);
+  for (const model::FrictionOf<T>& friction : mechanism.friction) {
+    const kinematics::LinearQuantityOf<T>& source = tree.coordinate_expressions[friction.coordinate];
     const bool is_length = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
     const T rate = source.rate(dy);
     const int sign =
-        sliding_sign(value_of(rate), is_length ? rest_threshold * tree.characteristic_length : rest_threshold);
+        model::sliding_sign(value_of(rate), is_length ? rest_threshold * tree.characteristic_length : rest_threshold);
     source.add_generalised_force(sliding_friction(friction, rate, sign), tau);
   }
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-namespace balance {
+namespace balance::dynamics {
 
 void ForwardOptions::validate() const {
   if (!(friction_regularisation_speed >= 0))
@@ -74,7 +74,7 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
     out.mass = RowMajor(loop_dynamics_.mass().data(), n, n);
     out.bias = Eigen::Map<const VectorX>(loop_dynamics_.bias().data(), n);
     out.input = input();
-    ConstraintSystem<S> closures(loop_dynamics_.tree(), Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(loop_dynamics_.tree(), kinematics::Drive<S>{});
     closures.velocity_jacobian(y_, {}, out.jacobian);
     for (int c = 0; c < n; ++c) out.jacobian.col(c) /= loop_dynamics_.scale()[c];
     // J̇ẏ = −J c, because ÿ = c is a motion with ν̇ = 0
@@ -117,7 +117,7 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
   MatrixX input() const {
     MatrixX out = MatrixX::Zero(loop_dynamics_.columns(), static_cast<Eigen::Index>(mechanism_.actuators.size()));
     for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-      const LinearQuantity& source = loop_dynamics_.tree().coordinate_expressions[mechanism_.actuators[a]];
+      const kinematics::LinearQuantity& source = loop_dynamics_.tree().coordinate_expressions[mechanism_.actuators[a]];
       source.add_generalised_force(1, out.col(static_cast<Eigen::Index>(a)).data());
     }
     return out;
@@ -125,9 +125,9 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
 
   /// Joint coordinates at the present pose for any rates and accelerations.
   void read(const VectorX& dy, const VectorX& ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
-    TreeState<S>& state = loop_dynamics_.state();
+    kinematics::TreeState<S>& state = loop_dynamics_.state();
     compute_velocities(loop_dynamics_.tree(), dy.data(), state);
-    compute_accelerations<S>(loop_dynamics_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
+    kinematics::compute_accelerations<S>(loop_dynamics_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
     to_joint_coordinates(mechanism_, loop_dynamics_.tree(), state, y_.data(), dy.data(), ddy.data(), q, dq, ddq);
   }
 
@@ -144,8 +144,9 @@ ForwardDynamics::ForwardDynamics(const Mechanism& mechanism, const ForwardOption
   for (const CoordinateId coordinate : options.preferred)
     if (coordinate < 0 || coordinate >= static_cast<int>(mechanism.coordinates.size()))
       throw std::invalid_argument("a preferred coordinate does not exist");
-  dispatch_space(mechanism.space,
-                 [&]<class S>(S) { implementation_ = std::make_unique<ForwardDynamicsOf<S>>(mechanism, options); });
+  kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
+    implementation_ = std::make_unique<ForwardDynamicsOf<S>>(mechanism, options);
+  });
 }
 
 ForwardDynamics::~ForwardDynamics() = default;
@@ -167,4 +168,4 @@ Transformation ForwardDynamics::transformation() { return implementation_->trans
 Transformation ForwardDynamics::tree_transformation() { return implementation_->tree_transformation(); }
 VectorX ForwardDynamics::acceleration(const VectorX& efforts) { return implementation_->acceleration(efforts); }
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -16,7 +16,7 @@
 #include <memory>
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 struct ForwardOptions {
   /// Regularisation of the Coulomb friction that a controller compensates: it grows smoothly from zero to its full
@@ -96,4 +96,4 @@ class ForwardDynamics {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace balance
+}  // namespace balance::dynamics

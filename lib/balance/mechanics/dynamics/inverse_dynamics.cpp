@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
@@ -53,21 +53,21 @@ void invalidate_efforts(bool loops, Sample& sample) {
 template <class S>
 InverseDynamicsOf<S>::InverseDynamicsOf(const Mechanism& source_mechanism, const InverseOptions& requested_options)
     : Implementation(source_mechanism, requested_options),
-      branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
-      sample_evaluator_(mechanism, branch_.tree(), branch_.freedoms(), to_vector<S>(options.about)),
-      gravity_(to_vector<S>(mechanism.gravity)),
+      branch_(mechanism, kinematics::choose_independent_coordinates<S>(mechanism, options.independent)),
+      sample_evaluator_(mechanism, branch_.tree(), branch_.freedoms(), kinematics::to_vector<S>(options.about)),
+      gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       wrenches_(branch_.tree().nodes.size()),
       tau_(static_cast<std::size_t>(branch_.tree().columns)) {
-  const Tree<S>& tree = branch_.tree();
+  const kinematics::Tree<S>& tree = branch_.tree();
   freedoms = branch_.freedoms();
   for (const int c : branch_.independent()) independent.push_back(mechanism.coordinates[c].name);
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : sample_evaluator_.actuation().notes()) notes.push_back(note);
-  for (const PassiveFreedom& freedom : tree.locked_freedoms)
-    notes.push_back(describe_locked_freedom(mechanism, freedom));
+  for (const model::PassiveFreedom& freedom : tree.locked_freedoms)
+    notes.push_back(trajectory::describe_locked_freedom(mechanism, freedom));
   std::vector<bool> is_driven(tau_.size(), false);
   for (const CoordinateId coordinate : mechanism.actuators) {
-    const LinearQuantity& source = tree.coordinate_expressions[coordinate];
+    const kinematics::LinearQuantity& source = tree.coordinate_expressions[coordinate];
     if (!source.has_single_term()) continue;
     const auto& [column, ratio] = source.terms[0];
     actuated_columns_.push_back({column, 1 / ratio});
@@ -139,7 +139,7 @@ MotionOutcome InverseDynamicsOf<S>::solve_open_tree(const StateView& state, doub
   }
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  if (sum != 0 || std::isnan(sum)) outcome = make_overflow_outcome(state.time, "torque", mechanism);
+  if (sum != 0 || std::isnan(sum)) outcome = trajectory::make_overflow_outcome(state.time, "torque", mechanism);
   return outcome;
 }
 
@@ -152,7 +152,7 @@ MotionOutcome InverseDynamicsOf<S>::efforts(const StateView& state, double* effo
   if (!sample_evaluator_.solve_efforts(current_motion(state.time), branch_.equations(), options.time_scale))
     return make_not_held_outcome(state.time);
   const VectorX& effort_values = sample_evaluator_.sample().effort;
-  if (!effort_values.allFinite()) return make_overflow_outcome(state.time, "torque", mechanism);
+  if (!effort_values.allFinite()) return trajectory::make_overflow_outcome(state.time, "torque", mechanism);
   std::copy_n(effort_values.data(), effort_values.size(), effort);
   return outcome;
 }
@@ -182,13 +182,14 @@ MotionOutcome InverseDynamicsOf<S>::observe(const StateView& state, Sample& samp
     invalidate_efforts(!branch_.is_explicit(), sample);
     return sample_evaluator_.actuation().mismatch().empty() ? make_not_held_outcome(state.time) : mismatch(state.time);
   }
-  if (const char* what = find_nonfinite_quantity(sample)) return make_overflow_outcome(state.time, what, mechanism);
+  if (const char* what = find_nonfinite_quantity(sample))
+    return trajectory::make_overflow_outcome(state.time, what, mechanism);
   return outcome;
 }
 
 template <class S>
-void InverseDynamicsOf<S>::measure_terms(const Sample& sample, double time, TermMagnitudes& terms,
-                                         TermMagnitudes& amplified) {
+void InverseDynamicsOf<S>::measure_terms(const Sample& sample, double time, results::TermMagnitudes& terms,
+                                         results::TermMagnitudes& amplified) {
   Sample finite_sample = sample;  // unknown efforts count as zero
   const auto replace_nan = [](double& x) { x = std::isnan(x) ? 0 : x; };
   for (VectorX* all : {&finite_sample.effort, &finite_sample.power})
@@ -196,7 +197,7 @@ void InverseDynamicsOf<S>::measure_terms(const Sample& sample, double time, Term
   for (auto* all : {&finite_sample.joint_force, &finite_sample.joint_moment})
     for (Vector3& v : *all) std::for_each(v.begin(), v.end(), replace_nan);
   const double rate = 1 / options.time_scale;
-  TermMagnitudeRecorder<S> recorder(mechanism, branch_.tree(), to_vector<S>(options.about),
+  TermMagnitudeRecorder<S> recorder(mechanism, branch_.tree(), kinematics::to_vector<S>(options.about),
                                     RestScale{rate, rate * rate});
   recorder.sample(current_motion(time), finite_sample, sample_evaluator_.actuation().multipliers(), sample.mobility);
   terms = recorder.magnitudes();
@@ -209,8 +210,8 @@ MotionOutcome InverseDynamicsOf<S>::mass_matrix(const double* q, MatrixX& mass) 
   const std::vector<double> zero_rates(static_cast<std::size_t>(freedoms), 0);
   MotionOutcome outcome = set_state({q, zero_rates.data(), zero_rates.data(), 0});
   if (outcome.status != MotionStatus::done) return outcome;
-  const Tree<S>& tree = branch_.tree();
-  TreeState<S>& state = branch_.state();
+  const kinematics::Tree<S>& tree = branch_.tree();
+  kinematics::TreeState<S>& state = branch_.state();
   branch_.fill_transformation(C_);
   compute_poses(tree, branch_.y(), state);
   const VectorX zero = VectorX::Zero(tree.columns);
@@ -218,12 +219,12 @@ MotionOutcome InverseDynamicsOf<S>::mass_matrix(const double* q, MatrixX& mass) 
   mass.resize(freedoms, freedoms);
   for (int k = 0; k < freedoms; ++k) {
     for (auto& wrench : wrenches_) wrench = {};
-    compute_accelerations<S>(tree, zero.data(), C_.col(k).data(), S::Vector::Zero(), state);
+    kinematics::compute_accelerations<S>(tree, zero.data(), C_.col(k).data(), S::Vector::Zero(), state);
     inverse_dynamics(tree, state, wrenches_, tau_.data());
     mass.col(k) = C_.transpose() * Eigen::Map<const VectorX>(tau_.data(), tree.columns);
   }
   mass = (mass + mass.transpose().eval()) / 2;
-  return mass.allFinite() ? outcome : make_overflow_outcome(0, "the mass matrix", mechanism);
+  return mass.allFinite() ? outcome : trajectory::make_overflow_outcome(0, "the mass matrix", mechanism);
 }
 
 template <class S>
@@ -234,20 +235,21 @@ MotionOutcome InverseDynamicsOf<S>::bias(const StateView& state, VectorX& bias) 
   branch_.fill_transformation(C_);
   bias =
       C_.transpose() * Eigen::Map<const VectorX>(sample_evaluator_.generalised_forces().data(), branch_.tree().columns);
-  return bias.allFinite() ? outcome : make_overflow_outcome(state.time, "the bias", mechanism);
+  return bias.allFinite() ? outcome : trajectory::make_overflow_outcome(state.time, "the bias", mechanism);
 }
 
 /// The matrices of the shaking force and moment: rates of momentum, without weight.
 template <class S>
 void InverseDynamicsOf<S>::fill_shaking(EffortRegressor& out) {
-  const Tree<S>& tree = branch_.tree();
-  compute_accelerations<S>(tree, branch_.dy(), branch_.ddy(), S::Vector::Zero(), branch_.state());
-  const InertiaRegressor<S> momentum = balance::compute_regressor(tree, branch_.state());
+  const kinematics::Tree<S>& tree = branch_.tree();
+  kinematics::compute_accelerations<S>(tree, branch_.dy(), branch_.ddy(), S::Vector::Zero(), branch_.state());
+  const InertiaRegressor<S> momentum = dynamics::compute_regressor(tree, branch_.state());
   out.shaking_force = momentum.force;
   out.shaking_moment = momentum.moment;
   for (Eigen::Index p = 0; p < momentum.force.cols(); ++p) {
     const typename S::Vector force = momentum.force.col(p);
-    const Vector3 moment_shift = angular_to_3d(cross(to_vector<S>(options.about), force));
+    const Vector3 moment_shift =
+        kinematics::angular_to_3d(kinematics::cross(kinematics::to_vector<S>(options.about), force));
     out.shaking_moment.col(p) -= moment_shift.template tail<S::angular_dimension>();
   }
 }
@@ -256,14 +258,14 @@ template <class S>
 MotionOutcome InverseDynamicsOf<S>::regressor(const StateView& state, EffortRegressor& out) {
   MotionOutcome outcome = set_state(state);
   if (outcome.status != MotionStatus::done) return outcome;
-  const Tree<S>& tree = branch_.tree();
+  const kinematics::Tree<S>& tree = branch_.tree();
   Mechanism without_springs = mechanism;
   without_springs.springs.clear();
   out.parameters = list_parameters(without_springs);
   out.values = list_inertial_parameters(tree);
   sample_evaluator_.solve_efforts(current_motion(state.time), branch_.equations(), options.time_scale);
   const Eigen::Map<const VectorX> tau(sample_evaluator_.generalised_forces().data(), tree.columns);
-  const InertiaRegressor<S> forces = balance::compute_regressor(tree, branch_.state());
+  const InertiaRegressor<S> forces = dynamics::compute_regressor(tree, branch_.state());
   fill_shaking(out);
   if (!sample_evaluator_.actuation().mismatch().empty()) return mismatch(state.time);
   MatrixX projection;
@@ -272,11 +274,11 @@ MotionOutcome InverseDynamicsOf<S>::regressor(const StateView& state, EffortRegr
   out.constant_effort = projection * (tau - forces.torque * out.values);
   return out.effort.allFinite() && out.constant_effort.allFinite()
              ? outcome
-             : make_overflow_outcome(state.time, "the regressor", mechanism);
+             : trajectory::make_overflow_outcome(state.time, "the regressor", mechanism);
 }
 
-template class InverseDynamicsOf<Planar>;
-template class InverseDynamicsOf<Spatial>;
+template class InverseDynamicsOf<kinematics::Planar>;
+template class InverseDynamicsOf<kinematics::Spatial>;
 
 namespace {
 
@@ -340,9 +342,10 @@ std::unique_ptr<InverseDynamics::Implementation> make_inverse_dynamics(const Mec
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");
-  return dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<InverseDynamics::Implementation> {
-    return std::make_unique<InverseDynamicsOf<S>>(mechanism, options);
-  });
+  return kinematics::dispatch_space(mechanism.space,
+                                    [&]<class S>(S) -> std::unique_ptr<InverseDynamics::Implementation> {
+                                      return std::make_unique<InverseDynamicsOf<S>>(mechanism, options);
+                                    });
 }
 
 }  // namespace
@@ -370,7 +373,7 @@ Expected<VectorX> InverseDynamics::assemble(const VectorX& q, const std::vector<
   std::vector<CoordinateValue> values;
   for (const CoordinateGuess& value : near) {
     if (!std::isfinite(value.value)) throw std::invalid_argument("near: expected finite numbers");
-    values.push_back({require_coordinate(engine_->mechanism, value.coordinate, "near"), value.value});
+    values.push_back({kinematics::require_coordinate(engine_->mechanism, value.coordinate, "near"), value.value});
   }
   Expected<VectorX> result;
   result.outcome = engine_->assemble(q.data(), values, result.value);
@@ -423,9 +426,9 @@ SampleBatch InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const E
   SampleBatch table;
   RunResult& result = table.result;
   name_columns(engine_->mechanism, result);
-  resize_arrays(engine_->mechanism, q.rows(), {}, result);
+  results::resize_arrays(engine_->mechanism, q.rows(), {}, result);
   result.moment_reference = engine_->options.about;
-  ResultRecorder recorder(result);
+  results::ResultRecorder recorder(result);
   const double none = std::numeric_limits<double>::quiet_NaN();
   Sample sample;
   const StateTableView states{q, dq, ddq, time};
@@ -477,4 +480,4 @@ Expected<EffortRegressor> InverseDynamics::regressor(const VectorX& q, const Vec
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

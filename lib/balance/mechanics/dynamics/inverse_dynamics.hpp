@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 struct InverseOptions {
   /// Names of the coordinates that a state is given in, as many as the mechanism has degrees of freedom. Empty: the
@@ -141,5 +141,15 @@ class InverseDynamics {
  private:
   std::unique_ptr<Implementation> engine_;
 };
+
+}  // namespace balance::dynamics
+
+namespace balance {
+
+using dynamics::EffortBatch;
+using dynamics::Expected;
+using dynamics::InverseDynamics;
+using dynamics::InverseOptions;
+using dynamics::SampleBatch;
 
 }  // namespace balance

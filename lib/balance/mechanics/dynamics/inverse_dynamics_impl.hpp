@@ -6,7 +6,7 @@
 #include "balance/mechanics/kinematics/assembly_branch.hpp"
 #include "balance/mechanics/results/term_magnitudes.hpp"
 
-namespace balance {
+namespace balance::dynamics {
 
 /// A state as plain arrays of n entries each, and its time.
 struct StateView {
@@ -40,7 +40,8 @@ class InverseDynamics::Implementation {
   virtual MotionOutcome observe(const StateView& state, Sample& sample) = 0;
   /// Magnitudes of the terms whose sum is the last observed sample, and the same amplified by the inverse of the
   /// mobility.
-  virtual void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& amplified) = 0;
+  virtual void measure_terms(const Sample& sample, double time, results::TermMagnitudes& terms,
+                             results::TermMagnitudes& amplified) = 0;
   virtual MotionOutcome mass_matrix(const double* q, MatrixX& mass) = 0;
   virtual MotionOutcome bias(const StateView& state, VectorX& bias) = 0;
   virtual MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) = 0;
@@ -62,16 +63,17 @@ class InverseDynamicsOf final : public InverseDynamics::Implementation {
   MotionOutcome efforts(const StateView& state, double* effort) override;
   void efforts(const StateTableView& states, EffortBatch& table) override;
   MotionOutcome observe(const StateView& state, Sample& sample) override;
-  void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& amplified) override;
+  void measure_terms(const Sample& sample, double time, results::TermMagnitudes& terms,
+                     results::TermMagnitudes& amplified) override;
   MotionOutcome mass_matrix(const double* q, MatrixX& mass) override;
   MotionOutcome bias(const StateView& state, VectorX& bias) override;
   MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) override;
 
-  const AssemblyBranch<S>& branch() const { return branch_; }
+  const kinematics::AssemblyBranch<S>& branch() const { return branch_; }
 
  private:
   struct ActuatedColumn {
-    ColumnId column;
+    kinematics::ColumnId column;
     double inverse;  ///< 1 / ratio of the actuated coordinate to the tree coordinate
   };
 
@@ -82,7 +84,7 @@ class InverseDynamicsOf final : public InverseDynamics::Implementation {
   MotionOutcome mismatch(double time) const;
   void fill_shaking(EffortRegressor& regressor);
 
-  AssemblyBranch<S> branch_;
+  kinematics::AssemblyBranch<S> branch_;
   SampleEvaluator<S> sample_evaluator_;
   typename S::Vector gravity_;
   std::vector<ActuatedColumn> actuated_columns_;
@@ -91,7 +93,7 @@ class InverseDynamicsOf final : public InverseDynamics::Implementation {
   MatrixX C_;
 };
 
-extern template class InverseDynamicsOf<Planar>;
-extern template class InverseDynamicsOf<Spatial>;
+extern template class InverseDynamicsOf<kinematics::Planar>;
+extern template class InverseDynamicsOf<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

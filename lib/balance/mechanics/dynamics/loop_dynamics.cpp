@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// Columns of a matrix that determine the others, by QR decompositions with column pivoting (Businger and Golub, Numer.
 /// Math. 7, 1965).
@@ -37,7 +37,7 @@ constexpr double moving_pivot_tolerance =
 
 double compute_reciprocal_condition(const MatrixX& matrix) {
   if (matrix.size() == 0) return 1;
-  const VectorX values = singular_values(matrix);
+  const VectorX values = numerics::singular_values(matrix);
   return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
 }
 
@@ -56,7 +56,7 @@ std::vector<int> complement_indices(const std::vector<int>& indices, int n) {
 
 /// Columns of the first `count` pivots of a QR decomposition with column pivoting.
 std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last) {
-  const ColumnPivotingQr qr(matrix);
+  const numerics::ColumnPivotingQr qr(matrix);
   std::vector<int> out;
   last = 1;
   for (int k = 0; k < count; ++k) {
@@ -73,10 +73,10 @@ std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const st
   for (int c = 0; c < static_cast<int>(matrix.cols()); ++c)
     (is_sticking[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
   MatrixX standing_columns = select_columns(matrix, standing);
-  const double max_norm = max_abs(matrix.colwise().norm());
+  const double max_norm = numerics::max_abs(matrix.colwise().norm());
   int pivot_count = 0;
   if (!moving.empty()) {
-    const ColumnPivotingQr qr(select_columns(matrix, moving));
+    const numerics::ColumnPivotingQr qr(select_columns(matrix, moving));
     const auto max_pivots = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
     for (; pivot_count < std::min(count, max_pivots) &&
            std::abs(qr.matrixQR()(pivot_count, pivot_count)) > moving_pivot_tolerance * max_norm;
@@ -109,23 +109,24 @@ template <class S>
 LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options)
     : mechanism_(mechanism),
       options_(options),
-      full_tree_(compile_tree<S>(mechanism, options.preferred)),
+      full_tree_(kinematics::compile_tree<S>(mechanism, options.preferred)),
       tree_(full_tree_),
       external_(mechanism, full_tree_),
       composite_(full_tree_),
-      gravity_(to_vector<S>(mechanism.gravity)),
+      gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       ground_extent_(ground_extent(mechanism)),
       state_(full_tree_.nodes.size()),
       wrenches_(full_tree_.nodes.size()) {
   options.validate();
   const int n = columns();
-  for (const NodeId spherical : full_tree_.spherical_joints) reference_.push_back(full_tree_.nodes[spherical].R_PF);
+  for (const kinematics::NodeId spherical : full_tree_.spherical_joints)
+    reference_.push_back(full_tree_.nodes[spherical].R_PF);
   for (int c = 0; c < n; ++c) scale_.push_back(full_tree_.is_length_column[c] ? full_tree_.characteristic_length : 1);
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
     for (const auto& [column, ratio] : full_tree_.coordinate_expressions[mechanism.actuators[a]].terms)
       actuated_columns_.push_back({a, column, ratio});
   for (const Friction& friction : mechanism.friction) {
-    const LinearQuantity& source = full_tree_.coordinate_expressions[friction.coordinate];
+    const kinematics::LinearQuantity& source = full_tree_.coordinate_expressions[friction.coordinate];
     const double unit = source.is_length ? full_tree_.characteristic_length : 1;
     frictions_.push_back({friction, source, unit, options.friction_regularisation_speed * unit});
     if (!frictions_.back().has_dry_friction()) continue;
@@ -215,7 +216,7 @@ template <class S>
 void LoopDynamics<S>::apply_second_order_correction(double* y) {
   compute_angular_velocities(tree_, x_.data(), state_);
   if (tree_.has_sliding_closures) compute_origin_velocities(tree_, x_.data(), state_);
-  compute_accelerations<S>(tree_, x_.data(), nullptr, S::Vector::Zero(), state_);
+  kinematics::compute_accelerations<S>(tree_, x_.data(), nullptr, S::Vector::Zero(), state_);
   equations_->acceleration_rhs(state_, sample_, x_.data());
   equations_->solve(x_.data());
   for (int c = 0; c < columns(); ++c) y[c] += x_[c] / 2;
@@ -227,7 +228,7 @@ void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
   compute_angular_velocities(tree_, dy, state_);
   if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy, state_);
   // Accelerating the ground by −g adds the weight to the inertia forces; in the closures' differences it cancels.
-  compute_accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
+  kinematics::compute_accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
   if (is_open_tree()) {
     std::fill(ddy0_.begin(), ddy0_.end(), 0);
   } else {
@@ -361,8 +362,8 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
   return finite;
 }
 
-template class LoopDynamics<Planar>;
-template class LoopDynamics<Spatial>;
+template class LoopDynamics<kinematics::Planar>;
+template class LoopDynamics<kinematics::Spatial>;
 
 // Choice of the independent coordinates, and assembly from a guess.
 
@@ -398,13 +399,13 @@ template <class S>
 void LoopDynamics<S>::weigh_columns() {
   column_weight_.assign(columns(), own_loop_weight);
   std::vector<int> loops(columns(), 0);
-  for (const Closure<S>& closure : full_tree_.closures) {
+  for (const kinematics::Closure<S>& closure : full_tree_.closures) {
     std::vector<bool> is_on_path(columns(), false);
-    for (const PathStep& step : closure.path) is_on_path[full_tree_.nodes[step.node].column] = true;
+    for (const kinematics::PathStep& step : closure.path) is_on_path[full_tree_.nodes[step.node].column] = true;
     for (int c = 0; c < columns(); ++c)
       if (is_on_path[c] && ++loops[c] > 1) column_weight_[c] = 1;
   }
-  for (const NodeId spherical : full_tree_.spherical_joints)
+  for (const kinematics::NodeId spherical : full_tree_.spherical_joints)
     for (int k = spherical; k < spherical + 3; ++k)
       if (full_tree_.nodes[k].column >= 0) column_weight_[full_tree_.nodes[k].column] = spherical_weight;
 }
@@ -421,10 +422,10 @@ bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
     columns_ = static_cast<int>(independent_columns.size()) == n ? independent_columns : complement_indices({}, n);
   } else {
     // a single row of a point closure refers to the joint's axes; a complete set may refer to the world's
-    Tree<S> axis_tree = full_tree_;
-    for (Closure<S>& closure : axis_tree.closures)
+    kinematics::Tree<S> axis_tree = full_tree_;
+    for (kinematics::Closure<S>& closure : axis_tree.closures)
       closure.has_coincident_origins = closure.has_coincident_origins && !has_redundant_closures();
-    ConstraintSystem<S> closures(axis_tree, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(axis_tree, kinematics::Drive<S>{});
     MatrixX jacobian;
     closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
     MatrixX weighted = jacobian;
@@ -444,7 +445,7 @@ bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
   }
   select_closure_rows(rows);
   is_dependent_node_.clear();
-  for (const Node<S>& node : full_tree_.nodes)
+  for (const kinematics::Node<S>& node : full_tree_.nodes)
     is_dependent_node_.push_back(std::find(columns_.begin(), columns_.end(), node.column) == columns_.end());
   drive_ = {};
   for (const int column : columns_)
@@ -477,13 +478,13 @@ void LoopDynamics<S>::select_closure_rows(const std::vector<int>& rows) {
   if (tree_.closure_rows == full_tree_.closure_rows) return;
   tree_.has_sliding_closures = false;
   int row = 0;
-  for (Closure<S>& closure : tree_.closures) {
-    std::vector<ClosureRow> selected_rows;
+  for (kinematics::Closure<S>& closure : tree_.closures) {
+    std::vector<kinematics::ClosureRow> selected_rows;
     int along_count = 0;
-    for (const ClosureRow& closure_row : closure.rows) {
+    for (const kinematics::ClosureRow& closure_row : closure.rows) {
       if (!std::binary_search(rows.begin(), rows.end(), row++)) continue;
       selected_rows.push_back(closure_row);
-      along_count += closure_row.kind == ClosureRow::Kind::along;
+      along_count += closure_row.kind == kinematics::ClosureRow::Kind::along;
     }
     closure.rows = selected_rows;
     closure.has_coincident_origins = along_count == S::dimension;
@@ -499,8 +500,8 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
   reset_friction();
   to_tree_coordinates(mechanism_, full_tree_, q, dq, y, dy);
   reset_spherical_references(0.5, y.data(), dy.data());
-  ConstraintSystem<S> closures(full_tree_, Drive<S>{});
-  const AssemblySolution nearest = solve_assembly(closures, y, {});
+  kinematics::ConstraintSystem<S> closures(full_tree_, kinematics::Drive<S>{});
+  const kinematics::AssemblySolution nearest = kinematics::solve_assembly(closures, y, {});
   if (!nearest.found)
     return make_outcome(MotionStatus::not_assembled, 0, "the loops do not close near the given joint coordinates");
   if (freedoms_ < 0) freedoms_ = columns() - find_generic_closure_rank(full_tree_, nearest.y);
@@ -508,15 +509,15 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
     return make_outcome(
         MotionStatus::constraint_singularity, 0,
         "constraint singularity: the loop closures lose rank, the mechanism gains a freedom; configuration: " +
-            format_configuration(mechanism_, q));
+            kinematics::format_configuration(mechanism_, q));
   };
   if (!choose_independent_columns(nearest.y.data(), true)) return make_singular_outcome();
   // keep the independent ones as given, if the others can follow
-  ConstraintSystem<S> driven_system(full_tree_, drive_);
-  DriveSample target;
+  kinematics::ConstraintSystem<S> driven_system(full_tree_, drive_);
+  trajectory::DriveSample target;
   target.value.resize(freedoms_);
   for (int k = 0; k < freedoms_; ++k) target.value[k] = y[columns_[k]];
-  const AssemblySolution exact = solve_assembly(driven_system, nearest.y, target);
+  const kinematics::AssemblySolution exact = solve_assembly(driven_system, nearest.y, target);
   if (!exact.found)
     return make_outcome(MotionStatus::not_assembled, 0,
                         "the loops do not close with the given independent joint coordinates");
@@ -550,18 +551,18 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
     std::copy_n(x_.data(), full_tree_.closure_rows, out.data());
     return;
   }
-  ConstraintSystem<S> closures(full_tree_, Drive<S>{});
+  kinematics::ConstraintSystem<S> closures(full_tree_, kinematics::Drive<S>{});
   VectorX scaled_forces(n);
   MatrixX jacobian;
   closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
   for (int c = 0; c < n; ++c) scaled_forces[c] = scale_[c] * x_[c];
-  CompleteOrthogonalDecomposition decomposition;
+  numerics::CompleteOrthogonalDecomposition decomposition;
   decomposition.setThreshold(1e-8);
   decomposition.compute(jacobian.transpose());
   const VectorX scaled_multipliers = decomposition.solve(scaled_forces);
   int r = 0;
-  for (const Closure<S>& closure : full_tree_.closures)
-    for (const ClosureRow& row : closure.rows) {
+  for (const kinematics::Closure<S>& closure : full_tree_.closures)
+    for (const kinematics::ClosureRow& row : closure.rows) {
       out[r] = scaled_multipliers[r] * compute_row_scale(full_tree_, closure, row);
       ++r;
     }
@@ -570,10 +571,10 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
 template <class S>
 bool LoopDynamics<S>::reset_spherical_references(double limit, double* y, double* dy) {
   bool was_reset = false;
-  for (const NodeId spherical : full_tree_.spherical_joints) {
+  for (const kinematics::NodeId spherical : full_tree_.spherical_joints) {
     const double middle = std::remainder(y[full_tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    const Tree<S> tree_before = full_tree_;
+    const kinematics::Tree<S> tree_before = full_tree_;
     const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
     reset_spherical_reference(full_tree_, spherical, y);
     tree_.nodes[spherical].R_PF = full_tree_.nodes[spherical].R_PF;
@@ -586,10 +587,10 @@ bool LoopDynamics<S>::reset_spherical_references(double limit, double* y, double
 template <class S>
 double LoopDynamics<S>::residual() const {
   double max_residual = 0;
-  for (const Closure<S>& closure : full_tree_.closures) {
+  for (const kinematics::Closure<S>& closure : full_tree_.closures) {
     if (closure.is_velocity_level()) break;
-    const ClosurePose<S> pose = closure_pose(state_, closure);
-    for (const ClosureRow& row : closure.rows)
+    const kinematics::ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const kinematics::ClosureRow& row : closure.rows)
       max_residual =
           std::max(max_residual, std::abs(compute_row_scale(full_tree_, closure, row) * closure_residual(pose, row)));
   }
@@ -606,8 +607,8 @@ double LoopDynamics<S>::residual() const {
   template MotionOutcome LoopDynamics<S>::assemble(const VectorX&, const VectorX&, VectorX&, VectorX&); \
   template double LoopDynamics<S>::mobility();                                                          \
   template void LoopDynamics<S>::multipliers(const double*, const double*, const double*, std::vector<double>&);
-BALANCE_INSTANTIATE(Planar)
-BALANCE_INSTANTIATE(Spatial)
+BALANCE_INSTANTIATE(kinematics::Planar)
+BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE
 
 namespace {
@@ -623,7 +624,7 @@ std::string describe_missing_inertia(const Body& body) {
 /// The body without inertia at a joint, else all such bodies.
 std::string describe_massless_bodies(const Mechanism& mechanism, JointId joint) {
   for (const BodyId body : {mechanism.joints[joint].second, mechanism.joints[joint].first})
-    if (body != ground && has_singular_inertia(mechanism.bodies[body]))
+    if (body != model::ground && has_singular_inertia(mechanism.bodies[body]))
       return describe_missing_inertia(mechanism.bodies[body]);
   std::string text;
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
@@ -646,10 +647,10 @@ MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loo
     mass.row(a) *= loops.scale()[loops.independent()[a]];
     mass.col(a) *= loops.scale()[loops.independent()[a]];
   }
-  const SymmetricEigenSolver solver(mass);
+  const numerics::SymmetricEigenSolver solver(mass);
   const VectorX& eigenvalues = solver.eigenvalues();  // increasing
   if (eigenvalues[0] > inertia_epsilon * eigenvalues[eigenvalues.size() - 1]) return regular;
-  const Eigen::Index free_index = max_index(solver.eigenvectors().col(0).cwiseAbs());
+  const Eigen::Index free_index = numerics::max_index(solver.eigenvectors().col(0).cwiseAbs());
   const CoordinateId coordinate = find_column_coordinates(loops.tree())[loops.independent()[free_index]];
   return {MotionStatus::actuation_singularity,
           time,
@@ -658,7 +659,7 @@ MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loo
           {}};
 }
 
-template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<Planar>&, double, const double*);
-template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<Spatial>&, double, const double*);
+template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<kinematics::Planar>&, double, const double*);
+template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<kinematics::Spatial>&, double, const double*);
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -9,7 +9,7 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::dynamics {
 
 template <class S>
 class LoopDynamics {
@@ -17,7 +17,7 @@ class LoopDynamics {
   LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options);
 
   /// The tree with all closures. Only the reference orientations of its spherical joints ever change.
-  const Tree<S>& tree() const { return full_tree_; }
+  const kinematics::Tree<S>& tree() const { return full_tree_; }
   int columns() const { return full_tree_.columns; }
   int freedoms() const { return freedoms_; }                        ///< −1 before assemble()
   const std::vector<int>& independent() const { return columns_; }  ///< tree columns
@@ -59,8 +59,8 @@ class LoopDynamics {
   /// @param ddy as computed by accelerate()
   void multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out);
 
-  TreeState<S>& state() { return state_; }
-  const KinematicEquations<S>& equations() const { return *equations_; }
+  kinematics::TreeState<S>& state() { return state_; }
+  const kinematics::KinematicEquations<S>& equations() const { return *equations_; }
   bool is_open_tree() const { return full_tree_.closures.empty(); }
   int iterations() const { return iterations_; }
   /// Smallest pivot now, and when the independent columns were chosen; 1 without loops.
@@ -128,11 +128,11 @@ class LoopDynamics {
 
   const Mechanism& mechanism_;
   ForwardOptions options_;
-  Tree<S> full_tree_, tree_;                     ///< tree_: with independent closure rows only, as many as the rank
+  kinematics::Tree<S> full_tree_, tree_;         ///< tree_: with independent closure rows only, as many as the rank
   std::vector<typename S::Rotation> reference_;  ///< of every spherical joint, as compiled
   std::vector<double> scale_, column_weight_;
-  Drive<S> drive_;  ///< prescribes the independent columns
-  std::optional<KinematicEquations<S>> equations_;
+  kinematics::Drive<S> drive_;  ///< prescribes the independent columns
+  std::optional<kinematics::KinematicEquations<S>> equations_;
   ExternalForces<S> external_;
   std::vector<double> joint_springs_;  ///< their generalised forces at the state last solved
   CompositeRigidBodies<S> composite_;
@@ -148,16 +148,16 @@ class LoopDynamics {
   std::vector<int> sticking_, at_rest_, new_stuck_;  ///< indices into frictions_; the last two are scratch
   std::vector<bool> is_sticking_column_;             ///< per independent column: held by a sticking joint
   std::size_t held_count_ = 0;
-  TreeState<S> state_;
-  DriveSample sample_;
+  kinematics::TreeState<S> state_;
+  trajectory::DriveSample sample_;
   std::vector<Wrench<S>> wrenches_;
   std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_, factor_, rhs_;
   MatrixX M_;
   VectorX bias_;
 };
 
-extern template class LoopDynamics<Planar>;
-extern template class LoopDynamics<Spatial>;
+extern template class LoopDynamics<kinematics::Planar>;
+extern template class LoopDynamics<kinematics::Spatial>;
 
 // Freedoms without inertia: bodies without mass or without extent may leave the mass matrix singular.
 
@@ -166,4 +166,4 @@ extern template class LoopDynamics<Spatial>;
 template <class S>
 MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy);
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -10,16 +10,16 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::dynamics {
 
 using elementary::atan2;
 
 template <class S>
-SampleEvaluator<S>::SampleEvaluator(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms,
+SampleEvaluator<S>::SampleEvaluator(const MechanismOf<T>& mechanism, const kinematics::Tree<S>& tree, int freedoms,
                                     const typename S::Vector& about)
     : mechanism_(mechanism),
       tree_(tree),
-      gravity_(to_vector<S>(mechanism.gravity)),
+      gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       about_(about),
       external_(mechanism, tree),
       actuation_(mechanism, tree, freedoms),
@@ -34,10 +34,10 @@ SampleEvaluator<S>::SampleEvaluator(const MechanismOf<T>& mechanism, const Tree<
   sample_.joint_force.assign(joints, Vector3::Zero());
   sample_.joint_moment.assign(joints, Vector3::Zero());
   if (mechanism.tool) {
-    Drive<S> drive;
+    kinematics::Drive<S> drive;
     set_tool_frame(mechanism, tree, drive);
     tool_ = drive.tool;
-    if constexpr (is_planar<S>) tool_angle_ = balance::make_tool_angle_expression(tree, tool_);
+    if constexpr (kinematics::is_planar<S>) tool_angle_ = kinematics::make_tool_angle_expression(tree, tool_);
   }
   classify_coordinates();
 }
@@ -52,11 +52,13 @@ void SampleEvaluator<S>::classify_coordinates() {
       continue;
     }
     CutCoordinate cut{static_cast<int>(c), false, {}};
-    if constexpr (is_planar<S>) {
+    if constexpr (kinematics::is_planar<S>) {
       if (coordinate.kind == CoordinateKind::angle) {  // the difference of two bodies' angles
-        const JointOf<T>& joint = mechanism_.joints[coordinate.joint];
-        const LinearQuantityOf<T> second = balance::make_tool_angle_expression(tree_, tree_.bodies[joint.second]);
-        const LinearQuantityOf<T> first = balance::make_tool_angle_expression(tree_, tree_.bodies[joint.first]);
+        const model::JointOf<T>& joint = mechanism_.joints[coordinate.joint];
+        const kinematics::LinearQuantityOf<T> second =
+            kinematics::make_tool_angle_expression(tree_, tree_.bodies[joint.second]);
+        const kinematics::LinearQuantityOf<T> first =
+            kinematics::make_tool_angle_expression(tree_, tree_.bodies[joint.first]);
         cut.linear = true;
         cut.quantity = second;
         cut.quantity.constant -= first.constant + atan2(joint.rotation(1, 0), joint.rotation(0, 0));
@@ -72,8 +74,8 @@ void SampleEvaluator<S>::classify_coordinates() {
 }
 
 template <class S>
-bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration,
-                                  Detail detail) {
+bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& motion, const kinematics::KinematicEquations<S>& equations,
+                                  double duration, Detail detail) {
   if (detail == Detail::kinematics) {
     update_coordinates(motion);
     if (mechanism_.tool) read_tool(motion);
@@ -87,15 +89,15 @@ bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& motion, const KinematicEq
 }
 
 template <class S>
-bool SampleEvaluator<S>::solve_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations,
+bool SampleEvaluator<S>::solve_efforts(const TreeMotion<S>& motion, const kinematics::KinematicEquations<S>& equations,
                                        double duration) {
   set_state(motion, Detail::forces);
   return balance_efforts(motion, equations, duration);
 }
 
 template <class S>
-bool SampleEvaluator<S>::balance_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations,
-                                         double duration) {
+bool SampleEvaluator<S>::balance_efforts(const TreeMotion<S>& motion,
+                                         const kinematics::KinematicEquations<S>& equations, double duration) {
   balance_forces(motion);
   external_.add_joint_springs(motion.y, tau_.data());
   if (!mechanism_.friction.empty()) add_friction_forces(mechanism_, tree_, motion.dy, duration, tau_.data());
@@ -130,10 +132,10 @@ void SampleEvaluator<S>::compute_derived_quantities(const TreeMotion<S>& motion,
   compute_total_forces<S>(tree_, *state_, {wrenches_[0], external_total_, external_loads_, gravity_, about_}, sample_);
   if (mechanism_.tool) read_tool(motion);
   if (detail == Detail::all) {
-    sample_.com_velocity = to_3d(com_velocity(tree_, *state_));
+    sample_.com_velocity = kinematics::to_3d(com_velocity(tree_, *state_));
     compute_energies(tree_, *state_, gravity_, external_.energy(*state_, motion.y), sample_);
     read_reactions(motion, multipliers);
-    sample_.add_derived(to_3d(about_));
+    sample_.add_derived(kinematics::to_3d(about_));
   }
   is_first_ = false;
   last_time_ = motion.time;
@@ -153,18 +155,18 @@ void SampleEvaluator<S>::balance_forces(const TreeMotion<S>& motion) {
 template <class S>
 void SampleEvaluator<S>::set_state(const TreeMotion<S>& motion, Detail detail) {
   state_ = &motion.state;
-  TreeState<S>& state = *state_;
+  kinematics::TreeState<S>& state = *state_;
   if (!motion.is_explicit) {
     if (detail == Detail::all) compute_origin_velocities(tree_, motion.dy, state);
-    compute_accelerations<S>(tree_, motion.dy, motion.ddy, -gravity_, state);
+    kinematics::compute_accelerations<S>(tree_, motion.dy, motion.ddy, -gravity_, state);
     return;
   }
   const T *y = motion.y, *dy = motion.dy, *ddy = motion.ddy;
   state[0].acceleration = -gravity_;
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
-    const Node<S>& node = tree_.nodes[n];
-    const NodeState<S>& parent = state[node.parent];
-    NodeState<S> s;  // kept in registers
+    const kinematics::Node<S>& node = tree_.nodes[n];
+    const kinematics::NodeState<S>& parent = state[node.parent];
+    kinematics::NodeState<S> s;  // kept in registers
     set_local_pose(node, y, s);
     set_world_pose(parent, s);
     set_angular_velocity(node, dy, parent, s);
@@ -190,7 +192,7 @@ void SampleEvaluator<S>::initialise_turns(const T* y) {
 }
 
 template <class S>
-void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const {
+void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, trajectory::SampleOf<T>& sample) const {
   for (const TreeCoordinate& tree_coordinate : tree_coordinates_) {
     sample.position[tree_coordinate.coordinate] = tree_coordinate.source.value(y);
     sample.velocity[tree_coordinate.coordinate] = tree_coordinate.source.rate(dy);
@@ -205,16 +207,16 @@ void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, Samp
 }
 
 template <class S>
-void SampleEvaluator<S>::complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const {
+void SampleEvaluator<S>::complete_sample(const T* y, const T* dy, const T* ddy, trajectory::SampleOf<T>& sample) const {
   read_linear(y, dy, ddy, sample);
   read_power(sample);
-  if constexpr (is_planar<S>)
+  if constexpr (kinematics::is_planar<S>)
     if (mechanism_.tool) sample.tool_angle = tool_angle_.value(y);
-  sample.add_derived(to_3d(about_));
+  sample.add_derived(kinematics::to_3d(about_));
 }
 
 template <class S>
-void SampleEvaluator<S>::read_power(SampleOf<T>& sample) const {
+void SampleEvaluator<S>::read_power(trajectory::SampleOf<T>& sample) const {
   for (Eigen::Index a = 0; a < sample.effort.size(); ++a)
     sample.power[a] = sample.effort[a] * sample.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
 }
@@ -223,8 +225,8 @@ template <class S>
 void SampleEvaluator<S>::compute_cut_joints(const TreeMotion<S>& motion) {
   compute_origin_velocities(tree_, motion.dy, *state_);
   for (const int j : cut_joints_) {
-    const JointOf<T>& joint = mechanism_.joints[j];
-    const JointMotion<T> joint_motion = compute_joint_motion(joint, relative_motion(tree_, *state_, joint));
+    const model::JointOf<T>& joint = mechanism_.joints[j];
+    const kinematics::JointMotion<T> joint_motion = compute_joint_motion(joint, relative_motion(tree_, *state_, joint));
     for (const CutCoordinate& cut : cut_coordinates_) {
       const Coordinate& coordinate = mechanism_.coordinates[cut.coordinate];
       if (cut.linear || coordinate.joint != j) continue;
@@ -236,7 +238,7 @@ void SampleEvaluator<S>::compute_cut_joints(const TreeMotion<S>& motion) {
         const T mean = (sample_.velocity[cut.coordinate] + joint_motion.velocity[coordinate.index]) / 2;
         const T curvature = (sample_.acceleration[cut.coordinate] - joint_motion.acceleration[coordinate.index]) / 12;
         const double expected = value_of(position + step * (mean + step * curvature));
-        position = unwrap_angle(value, std::isfinite(expected) ? expected : value_of(position));
+        position = kinematics::unwrap_angle(value, std::isfinite(expected) ? expected : value_of(position));
       } else {
         position = value;
       }
@@ -248,14 +250,14 @@ void SampleEvaluator<S>::compute_cut_joints(const TreeMotion<S>& motion) {
 
 template <class S>
 void SampleEvaluator<S>::read_tool(const TreeMotion<S>& motion) {
-  sample_.tool_position = to_3d(position(*state_, tool_));
+  sample_.tool_position = kinematics::to_3d(position(*state_, tool_));
   sample_.tool_rotation = to_matrix(orientation(*state_, tool_));
-  if constexpr (is_planar<S>) sample_.tool_angle = tool_angle_.value(motion.y);
+  if constexpr (kinematics::is_planar<S>) sample_.tool_angle = tool_angle_.value(motion.y);
 }
 
 template <class S>
 void SampleEvaluator<S>::read_reactions(const TreeMotion<S>& motion, const std::vector<T>& multipliers) {
-  TreeState<S>& state = *state_;
+  kinematics::TreeState<S>& state = *state_;
   if (!tree_.closures.empty()) {
     for (auto& wrench : wrenches_) wrench = {};
     Wrench<S> total, loads;
@@ -266,7 +268,7 @@ void SampleEvaluator<S>::read_reactions(const TreeMotion<S>& motion, const std::
   compute_joint_reactions(mechanism_, tree_, state, wrenches_, sample_);
 }
 
-template class SampleEvaluator<PlanarOf<EngineScalar>>;
-template class SampleEvaluator<SpatialOf<EngineScalar>>;
+template class SampleEvaluator<kinematics::PlanarOf<EngineScalar>>;
+template class SampleEvaluator<kinematics::SpatialOf<EngineScalar>>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -8,12 +8,12 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// A tree in motion. The state holds poses and angular velocities, unless every coordinate is prescribed (is_explicit).
 template <class S>
 struct TreeMotion {
-  TreeState<S>& state;
+  kinematics::TreeState<S>& state;
   const typename S::Scalar *y, *dy, *ddy;
   typename S::Scalar time;
   bool is_explicit;
@@ -32,14 +32,15 @@ class SampleEvaluator {
   using T = typename S::Scalar;
 
   /// @param about world point about which moments are taken
-  SampleEvaluator(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
+  SampleEvaluator(const MechanismOf<T>& mechanism, const kinematics::Tree<S>& tree, int freedoms,
+                  const typename S::Vector& about);
 
   const Actuation<S>& actuation() const { return actuation_; }
   /// Lets a stepper monitor whether the actuators hold the mechanism throughout the motion.
-  RegularityMonitor<S>& regularity_monitor() { return actuation_; }
-  const SampleOf<T>& sample() const { return sample_; }
+  kinematics::RegularityMonitor<S>& regularity_monitor() { return actuation_; }
+  const trajectory::SampleOf<T>& sample() const { return sample_; }
   /// Mutable, for callers that add further quantities (mobility).
-  SampleOf<T>& sample() { return sample_; }
+  trajectory::SampleOf<T>& sample() { return sample_; }
 
   /// Evaluates the stepper's present instant with its present accelerations.
   /// @return false if the actuators do not hold the mechanism there
@@ -49,18 +50,19 @@ class SampleEvaluator {
   }
 
   /// Computes only the efforts, sample().effort, and the tree's generalised forces that they balance.
-  bool solve_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration);
+  bool solve_efforts(const TreeMotion<S>& motion, const kinematics::KinematicEquations<S>& equations, double duration);
   /// Generalised forces per tree coordinate that solve_efforts() found, friction included [N m or N].
   const std::vector<T>& generalised_forces() const { return tau_; }
 
   /// The efforts as a matrix times the tree's generalised forces, see Actuation::project.
-  bool project(const KinematicEquations<S>& equations, MatrixX& projection) {
+  bool project(const kinematics::KinematicEquations<S>& equations, MatrixX& projection) {
     return actuation_.project(equations, projection);
   }
 
   /// Evaluates a given instant.
   /// @param equations evaluated there @param duration of the whole motion [s], for the rest threshold of friction
-  bool evaluate(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration, Detail detail);
+  bool evaluate(const TreeMotion<S>& motion, const kinematics::KinematicEquations<S>& equations, double duration,
+                Detail detail);
 
   /// Evaluates everything at an instant of a motion whose efforts are known.
   /// @param efforts per actuator
@@ -74,7 +76,7 @@ class SampleEvaluator {
   }
   /// Adds the quantities that follow from the coordinates to an instant so solved, of the motion evaluated last. @pre
   /// can_use_lanes()
-  void complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const;
+  void complete_sample(const T* y, const T* dy, const T* ddy, trajectory::SampleOf<T>& sample) const;
 
   /// Evaluates only the coordinates, to keep the count of full turns.
   void update_coordinates(const TreeMotion<S>& motion);
@@ -87,12 +89,12 @@ class SampleEvaluator {
   struct CutCoordinate {
     CoordinateId coordinate;
     bool linear;
-    LinearQuantityOf<T> quantity;
+    kinematics::LinearQuantityOf<T> quantity;
   };
 
   struct TreeCoordinate {
     CoordinateId coordinate;
-    LinearQuantityOf<T> source;
+    kinematics::LinearQuantityOf<T> source;
   };
 
   template <class Stepper>
@@ -100,11 +102,12 @@ class SampleEvaluator {
     return {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.is_explicit()};
   }
   void classify_coordinates();
-  bool balance_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration);
+  bool balance_efforts(const TreeMotion<S>& motion, const kinematics::KinematicEquations<S>& equations,
+                       double duration);
   void set_state(const TreeMotion<S>& motion, Detail detail);
   void read_coordinates(const TreeMotion<S>& motion);
-  void read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const;
-  void read_power(SampleOf<T>& sample) const;
+  void read_linear(const T* y, const T* dy, const T* ddy, trajectory::SampleOf<T>& sample) const;
+  void read_power(trajectory::SampleOf<T>& sample) const;
   void initialise_turns(const T* y);
   void compute_cut_joints(const TreeMotion<S>& motion);
   void balance_forces(const TreeMotion<S>& motion);
@@ -113,25 +116,25 @@ class SampleEvaluator {
   void read_reactions(const TreeMotion<S>& motion, const std::vector<T>& multipliers);
 
   const MechanismOf<T>& mechanism_;
-  const Tree<S>& tree_;
+  const kinematics::Tree<S>& tree_;
   typename S::Vector gravity_, about_;
   ExternalForces<S> external_;
   Actuation<S> actuation_;
   std::vector<TreeCoordinate> tree_coordinates_;
   std::vector<CutCoordinate> cut_coordinates_;
   std::vector<JointId> cut_joints_;  ///< with coordinates that are not linear
-  FixedFrame<S> tool_;
-  LinearQuantityOf<T> tool_angle_;
-  TreeState<S>* state_ = nullptr;
+  kinematics::FixedFrame<S> tool_;
+  kinematics::LinearQuantityOf<T> tool_angle_;
+  kinematics::TreeState<S>* state_ = nullptr;
   std::vector<Wrench<S>> wrenches_;
   Wrench<S> external_total_, external_loads_;
   std::vector<T> tau_;
-  SampleOf<T> sample_;
+  trajectory::SampleOf<T> sample_;
   bool is_first_ = true;
   T last_time_ = 0;  ///< of the last evaluation
 };
 
-extern template class SampleEvaluator<Planar>;
-extern template class SampleEvaluator<Spatial>;
+extern template class SampleEvaluator<kinematics::Planar>;
+extern template class SampleEvaluator<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
@@ -62,11 +62,11 @@ class SingleStateEvaluator {
 
   void record(const Sample& sample, RunResult& result) {
     name_columns(engine_.mechanism, result);
-    resize_arrays(engine_.mechanism, 1, {}, result);
+    results::resize_arrays(engine_.mechanism, 1, {}, result);
     result.moment_reference = engine_.options.about;
-    ResultRecorder(result).write(sample, 0, result);
+    results::ResultRecorder(result).write(sample, 0, result);
     result.time[0] = state_.time;
-    TermMagnitudes terms, amplified;
+    results::TermMagnitudes terms, amplified;
     engine_.measure_terms(sample, state_.time, terms, amplified);
     set_round_off(result, terms, amplified);
     clear_round_off(result);
@@ -113,11 +113,11 @@ RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& s
   require_valid(mechanism);
   if (!std::isfinite(state.time)) throw std::invalid_argument("time: expected a finite number");
   const Mechanism loaded_mechanism = mechanism_at_time(mechanism, state.time);
-  RunResult result = dispatch_space(mechanism.space, [&]<class S>(S) {
+  RunResult result = kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
     return SingleStateEvaluator<S>(loaded_mechanism, state, options).evaluate();
   });
   for (std::string& note : list_payload_notes(mechanism, state.time)) result.outcome.notes.push_back(std::move(note));
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

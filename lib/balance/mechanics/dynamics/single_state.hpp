@@ -9,7 +9,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// SI units.
 struct SingleState {
@@ -40,4 +40,4 @@ VectorX independent_positions(const std::vector<CoordinateId>& independent,
 RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& state,
                                 const InverseOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -11,7 +11,7 @@
 
 #include <stdexcept>
 
-namespace balance {
+namespace balance::dynamics {
 
 // Speeds as rows over the rates of the independent coordinates, and the velocity-product part of their derivatives.
 
@@ -20,18 +20,18 @@ namespace {
 /// A component of a body's velocity, or its derivative. Components of v in axes R that rotate at w have the derivative
 /// Rᵀ (v̇ − w × v).
 template <class S>
-double compute_speed_component(const TreeState<S>& state, const FixedFrame<S>& body, const GeneralisedSpeedTerm& term,
-                               bool derivative) {
-  using enum GeneralisedSpeedTerm::Kind;
-  const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
-  const Vector3 w = angular_to_3d(typename S::Angular(node.R_WN * node.angular_velocity));
+double compute_speed_component(const kinematics::TreeState<S>& state, const kinematics::FixedFrame<S>& body,
+                               const model::GeneralisedSpeedTerm& term, bool derivative) {
+  using enum model::GeneralisedSpeedTerm::Kind;
+  const kinematics::NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
+  const Vector3 w = kinematics::angular_to_3d(typename S::Angular(node.R_WN * node.angular_velocity));
   Vector3 value;
   if (term.kind == angular_velocity || term.kind == angular_velocity_body) {
-    value = derivative ? angular_to_3d(typename S::Angular(node.R_WN * node.angular_acceleration)) : w;
+    value = derivative ? kinematics::angular_to_3d(typename S::Angular(node.R_WN * node.angular_acceleration)) : w;
   } else {
-    const typename S::Vector p_N = body.p_N + body.R_N * to_vector<S>(term.position);
-    const Vector3 v = to_3d(point_velocity<S>(node, p_N));
-    value = !derivative ? v : to_3d(point_acceleration<S>(node, p_N));
+    const typename S::Vector p_N = body.p_N + body.R_N * kinematics::to_vector<S>(term.position);
+    const Vector3 v = kinematics::to_3d(kinematics::point_velocity<S>(node, p_N));
+    value = !derivative ? v : kinematics::to_3d(kinematics::point_acceleration<S>(node, p_N));
     if (derivative && term.kind == velocity_body) value -= w.cross(v);
   }
   const bool is_in_body_axes = term.kind == velocity_body || term.kind == angular_velocity_body;
@@ -40,10 +40,11 @@ double compute_speed_component(const TreeState<S>& state, const FixedFrame<S>& b
 
 /// @throws std::invalid_argument if a body, an axis or a coordinate cannot be used
 template <class S>
-void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<GeneralisedSpeed>& speeds) {
-  for (const GeneralisedSpeed& speed : speeds)
-    for (const GeneralisedSpeedTerm& term : speed.terms) {
-      if (term.kind != GeneralisedSpeedTerm::Kind::coordinate) {
+void check_speeds(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
+                  const std::vector<model::GeneralisedSpeed>& speeds) {
+  for (const model::GeneralisedSpeed& speed : speeds)
+    for (const model::GeneralisedSpeedTerm& term : speed.terms) {
+      if (term.kind != model::GeneralisedSpeedTerm::Kind::coordinate) {
         if (term.body < 0 || term.body >= static_cast<int>(tree.bodies.size()) || term.index < 0 || term.index > 2)
           throw std::invalid_argument("the speed " + speed.name + " refers to a body or an axis that does not exist");
         continue;
@@ -58,14 +59,14 @@ void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::ve
 
 /// @param dy rates, or accelerations, of the tree's coordinates @param state of the same motion
 template <class S>
-VectorX evaluate_speeds(const std::vector<GeneralisedSpeed>& speeds, const Tree<S>& tree, const double* dy,
-                        const TreeState<S>& state, bool derivative) {
+VectorX evaluate_speeds(const std::vector<model::GeneralisedSpeed>& speeds, const kinematics::Tree<S>& tree,
+                        const double* dy, const kinematics::TreeState<S>& state, bool derivative) {
   VectorX values = VectorX::Zero(static_cast<Eigen::Index>(speeds.size()));
   for (std::size_t i = 0; i < speeds.size(); ++i)
-    for (const GeneralisedSpeedTerm& term : speeds[i].terms)
+    for (const model::GeneralisedSpeedTerm& term : speeds[i].terms)
       values[static_cast<Eigen::Index>(i)] +=
           term.factor *
-          (term.kind == GeneralisedSpeedTerm::Kind::coordinate
+          (term.kind == model::GeneralisedSpeedTerm::Kind::coordinate
                ? tree.coordinate_expressions[static_cast<std::size_t>(term.index)].rate(dy)
                : compute_speed_component(state, tree.bodies[static_cast<std::size_t>(term.body)], term, derivative));
   return values;
@@ -74,12 +75,12 @@ VectorX evaluate_speeds(const std::vector<GeneralisedSpeed>& speeds, const Tree<
 }  // namespace
 
 template <class S>
-MotionOutcome EquationTermsOf<S>::speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds,
+MotionOutcome EquationTermsOf<S>::speed_rows(const double* q, const std::vector<model::GeneralisedSpeed>& speeds,
                                              MatrixX& rows, std::vector<MatrixX>& forms) {
   if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
-  const Tree<S>& tree = branch_.tree();
+  const kinematics::Tree<S>& tree = branch_.tree();
   check_speeds(mechanism, tree, speeds);
-  TreeState<S>& state = branch_.state();
+  kinematics::TreeState<S>& state = branch_.state();
   rows.resize(static_cast<Eigen::Index>(speeds.size()), freedoms_);
   for (int k = 0; k < freedoms_; ++k) {
     const VectorX dy = C_.col(k);
@@ -90,16 +91,18 @@ MotionOutcome EquationTermsOf<S>::speed_rows(const double* q, const std::vector<
     VectorX dy;
     const VectorX ddy = compute_velocity_product_acceleration(rates, dy);
     compute_velocities(tree, dy.data(), state);
-    compute_accelerations<S>(tree, dy.data(), ddy.data(), S::Vector::Zero(), state);
+    kinematics::compute_accelerations<S>(tree, dy.data(), ddy.data(), S::Vector::Zero(), state);
     return evaluate_speeds(speeds, tree, ddy.data(), state, true);
   });
   return {MotionStatus::done, 0, "", {}};
 }
 
-template MotionOutcome EquationTermsOf<Planar>::speed_rows(const double*, const std::vector<GeneralisedSpeed>&,
-                                                           MatrixX&, std::vector<MatrixX>&);
-template MotionOutcome EquationTermsOf<Spatial>::speed_rows(const double*, const std::vector<GeneralisedSpeed>&,
-                                                            MatrixX&, std::vector<MatrixX>&);
+template MotionOutcome EquationTermsOf<kinematics::Planar>::speed_rows(const double*,
+                                                                       const std::vector<model::GeneralisedSpeed>&,
+                                                                       MatrixX&, std::vector<MatrixX>&);
+template MotionOutcome EquationTermsOf<kinematics::Spatial>::speed_rows(const double*,
+                                                                        const std::vector<model::GeneralisedSpeed>&,
+                                                                        MatrixX&, std::vector<MatrixX>&);
 
 namespace {
 
@@ -113,7 +116,7 @@ bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<Coor
       rows.col(static_cast<Eigen::Index>(k)) *= characteristic_length(mechanism);
   for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
   if (!rows.allFinite()) return false;
-  const VectorX values = singular_values(rows);
+  const VectorX values = numerics::singular_values(rows);
   return values.size() == 0 || values[values.size() - 1] > inverse_condition_tolerance * values[0];
 }
 
@@ -159,7 +162,7 @@ IndependentTerms project_on_speeds(const IndependentTerms& terms, const MatrixX&
 
 }  // namespace
 
-Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoice& choice, double time) {
+Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const model::SpeedChoice& choice, double time) {
   const auto d = static_cast<Eigen::Index>(engine_->independent.size());
   const auto s = static_cast<Eigen::Index>(choice.speeds.size()),
              p = static_cast<Eigen::Index>(choice.constrained.size());
@@ -170,7 +173,7 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
   Expected<SpeedTerms> result;
   result.outcome = terms.outcome;
   if (!terms) return result;
-  std::vector<GeneralisedSpeed> all_speeds = choice.speeds;
+  std::vector<model::GeneralisedSpeed> all_speeds = choice.speeds;
   all_speeds.insert(all_speeds.end(), choice.constrained.begin(), choice.constrained.end());
   std::vector<MatrixX> forms;
   result.outcome = engine_->speed_rows(q.data(), all_speeds, result.value.rows, forms);
@@ -186,7 +189,7 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
   const MatrixX V = result.value.rows.partialPivLu().inverse();
   const IndependentTerms all_equations = project_on_speeds(terms.value, V, forms, s);
   if (!is_finite(all_equations)) {
-    result.outcome = make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
+    result.outcome = trajectory::make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
     return result;
   }
   result.value.rates = V.leftCols(s);
@@ -195,4 +198,4 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

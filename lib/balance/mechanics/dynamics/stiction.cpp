@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::dynamics {
 
 // Joint friction: smoothed in the models of controllers, with true rest for the mechanism itself.
 
@@ -200,7 +200,7 @@ void LoopDynamics<S>::add_sticking_friction(const double* efforts, const double*
       G(k, i) = joint.ratio() * C_[joint.column() * d + row];
     }
   }
-  if (h > 0) friction += CompleteOrthogonalDecomposition(G).solve(required_force - G * friction);
+  if (h > 0) friction += numerics::CompleteOrthogonalDecomposition(G).solve(required_force - G * friction);
   for (Eigen::Index i = 0; i < m; ++i) {
     JointFriction& joint = frictions_[sticking_[static_cast<std::size_t>(i)]];
     joint.friction = friction[i];
@@ -222,8 +222,8 @@ void LoopDynamics<S>::add_sticking_friction(const double* efforts, const double*
   template FrictionChange LoopDynamics<S>::decide_friction(double, double*, const double*, double); \
   template double LoopDynamics<S>::friction_margin(double, const double*, const double*, double);   \
   template void LoopDynamics<S>::add_sticking_friction(const double*, const double*);
-BALANCE_INSTANTIATE(Planar)
-BALANCE_INSTANTIATE(Spatial)
+BALANCE_INSTANTIATE(kinematics::Planar)
+BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE
 
 namespace {
@@ -336,7 +336,7 @@ StickIterate solve_with_limits(const StickProblem& problem, const FrictionLimits
   MatrixX B = unit.asDiagonal() * problem.response * unit.asDiagonal();
   const VectorX p = unit.cwiseProduct(problem.free_acceleration);
   FrictionLimits bound{limit.forward.cwiseQuotient(unit), limit.backward.cwiseQuotient(unit)};
-  const double max_response = std::max(max_coefficient(B.diagonal()), 0.0);
+  const double max_response = std::max(numerics::max_coefficient(B.diagonal()), 0.0);
   for (Eigen::Index i = 0; i < m; ++i) {
     if (B(i, i) > response_epsilon * max_response) {
       B(i, i) *= 1 + least_norm_weight;
@@ -356,7 +356,7 @@ StickIterate solve_with_limits(const StickProblem& problem, const FrictionLimits
 double min_friction_reserve(const StickProblem& problem, const VectorX& friction) {
   const FrictionLimits& limit = problem.static_limit;
   const VectorX reserve = (limit.forward - friction).cwiseMin(limit.backward + friction);
-  return min_coefficient(reserve.cwiseQuotient(max_friction_limit(limit)));
+  return numerics::min_coefficient(reserve.cwiseQuotient(max_friction_limit(limit)));
 }
 
 }  // namespace
@@ -393,4 +393,4 @@ StickSolution solve_stick_slip(const StickProblem& problem) {
   return solution;
 }
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -8,12 +8,12 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// A joint with friction while the mechanism moves.
 struct JointFriction {
   Friction law;
-  LinearQuantity coordinate;
+  kinematics::LinearQuantity coordinate;
   double unit;                  ///< 1 or the characteristic length
   double regularisation_speed;  ///< half of the range over which the smoothed law changes its sign; 0: the exact law
   int slip_direction = 0, last_sign = 0;  ///< present slip direction, and that before the last decision
@@ -63,4 +63,4 @@ struct StickSolution {
 /// the problem is solved again.
 StickSolution solve_stick_slip(const StickProblem& problem);
 
-}  // namespace balance
+}  // namespace balance::dynamics

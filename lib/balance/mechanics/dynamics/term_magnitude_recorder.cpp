@@ -3,30 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::dynamics {
 
 namespace {
 
 /// Relative uncertainty of what equations are solved for: their residual is reduced to 1e-12, and round-off grows with
 /// the inverse of the mobility, or its square.
-double solution_round_off_factor(double amplification) { return std::max(1e-12, 8 * round_off_factor * amplification); }
+double solution_round_off_factor(double amplification) {
+  return std::max(1e-12, 8 * results::round_off_factor * amplification);
+}
 
 /// Rates above this fraction of the rest scale count as rates even near a singularity.
 constexpr double max_rest_fraction = 1e-6;
 
 }  // namespace
 
-void TermMagnitudes::raise_to(const TermMagnitudes& other, double factor) {
-  for (VectorX TermMagnitudes::*member : term_magnitude_members) {
-    VectorX& own_values = this->*member;
-    const VectorX& other_values = other.*member;
-    if (own_values.size() != other_values.size()) own_values.setZero(other_values.size());
-    own_values = own_values.cwiseMax(factor * other_values);
-  }
-}
-
 template <class S>
-TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, const Tree<S>& tree,
+TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
                                                 const typename S::Vector& about, const RestScale& rest)
     : mechanism_(mechanism),
       tree_(tree),
@@ -39,7 +32,7 @@ TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, cons
       ddy_(dy_),
       tau_(dy_),
       external_magnitudes_(tree.nodes.size()) {
-  for (const MassElement<S>& element : tree.mass_elements) {
+  for (const kinematics::MassElement<S>& element : tree.mass_elements) {
     NodeMagnitudes& node = nodes_[static_cast<std::size_t>(element.frame.node)];
     const double mass = element.inertia.mass, reach = element.frame.p_N.norm(),
                  first = element.inertia.first_moment.norm();
@@ -66,15 +59,16 @@ TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, cons
   if (!mechanism.tool) return;
   current_.tool_position.setZero(1);
   current_.tool_angle.setOnes(1);
-  const FixedFrame<S>& body = tree.bodies[static_cast<std::size_t>(mechanism.tool->body)];
-  tool_ = {body.node, body.R_N, body.p_N + body.R_N * to_vector<S>(mechanism.tool->position)};
+  const kinematics::FixedFrame<S>& body = tree.bodies[static_cast<std::size_t>(mechanism.tool->body)];
+  tool_ = {body.node, body.R_N, body.p_N + body.R_N * kinematics::to_vector<S>(mechanism.tool->position)};
 }
 
 template <class S>
 void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& motion, const Sample& sample,
                                       const std::vector<double>& multipliers, double mobility) {
   const double amplification = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
-  const double relative_uncertainty = motion.is_explicit ? round_off_factor : solution_round_off_factor(amplification);
+  const double relative_uncertainty =
+      motion.is_explicit ? results::round_off_factor : solution_round_off_factor(amplification);
   const double motion_uncertainty =
       motion.is_explicit ? relative_uncertainty : solution_round_off_factor(amplification * amplification);
   rest_fraction_ = std::min(max_rest_fraction, motion_uncertainty);
@@ -93,11 +87,12 @@ void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& motion, const Sample&
   }
   read_transmitted(motion, sample);
   terms_.raise_to(current_, 1);
-  amplified_.raise_to(current_, relative_uncertainty / round_off_factor);
+  amplified_.raise_to(current_, relative_uncertainty / results::round_off_factor);
   // Coordinates that are solved for are only accurate to so many digits; passive rotations of rods show it first.
-  for (VectorX TermMagnitudes::*member :
-       {&TermMagnitudes::position, &TermMagnitudes::velocity, &TermMagnitudes::acceleration})
-    amplified_.*member = (amplified_.*member).cwiseMax(motion_uncertainty / round_off_factor * current_.*member);
+  for (VectorX results::TermMagnitudes::*member :
+       {&results::TermMagnitudes::position, &results::TermMagnitudes::velocity, &results::TermMagnitudes::acceleration})
+    amplified_.*member =
+        (amplified_.*member).cwiseMax(motion_uncertainty / results::round_off_factor * current_.*member);
 }
 
 template <class S>
@@ -122,7 +117,7 @@ template <class S>
 void TermMagnitudeRecorder<S>::propagate_motion(const TreeMotion<S>& motion) {
   nodes_[0].acceleration = gravity_;
   for (std::size_t n = 1; n < nodes_.size(); ++n) {
-    const Node<S>& joint = tree_.nodes[n];
+    const kinematics::Node<S>& joint = tree_.nodes[n];
     const NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
     const double arm = motion.state[n].p_PN.norm();
     NodeMagnitudes& node = nodes_[n];
@@ -132,10 +127,10 @@ void TermMagnitudeRecorder<S>::propagate_motion(const TreeMotion<S>& motion) {
     node.speed = parent.speed + parent.angular_velocity * arm;
     node.acceleration =
         parent.acceleration + (parent.angular_acceleration + parent.angular_velocity * parent.angular_velocity) * arm;
-    if (joint.motion == NodeMotion::weld) continue;
+    if (joint.motion == kinematics::NodeMotion::weld) continue;
     const double rate = std::abs(joint.ratio) * dy_[joint.column],
                  acceleration = std::abs(joint.ratio) * ddy_[joint.column];
-    if (joint.motion == NodeMotion::revolute) {
+    if (joint.motion == kinematics::NodeMotion::revolute) {
       node.angular_velocity += rate;
       node.angular_acceleration += acceleration;
       if constexpr (S::dimension == 3) node.angular_acceleration += parent.angular_velocity * rate;
@@ -195,11 +190,11 @@ void TermMagnitudeRecorder<S>::propagate_forces(const TreeMotion<S>& motion) {
     node.moment = external_magnitudes_[n].moment + inertia.moment;
   }
   for (std::size_t n = nodes_.size(); n-- > 1;) {
-    const Node<S>& joint = tree_.nodes[n];
+    const kinematics::Node<S>& joint = tree_.nodes[n];
     const NodeMagnitudes& node = nodes_[n];
-    if (joint.motion != NodeMotion::weld)
+    if (joint.motion != kinematics::NodeMotion::weld)
       tau_[static_cast<std::size_t>(joint.column)] +=
-          std::abs(joint.ratio) * (joint.motion == NodeMotion::revolute ? node.moment : node.force);
+          std::abs(joint.ratio) * (joint.motion == kinematics::NodeMotion::revolute ? node.moment : node.force);
     NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
     parent.force += node.force;
     parent.moment += node.moment + motion.state[n].p_PN.norm() * node.force;
@@ -256,19 +251,19 @@ void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& motion, const s
                    (tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1);
   std::size_t r = 0;
   Eigen::Index constraint = 0;
-  for (const Closure<S>& closure : tree_.closures) {
+  for (const kinematics::Closure<S>& closure : tree_.closures) {
     ForceMagnitude size;
     if (!closure.terms.empty()) {
       const double multiplier = std::abs(multipliers[r++]) + total_force / closure.row_scale;
       current_.constraint_force[constraint++] = multiplier;
-      for (const VelocityTerm<S>& term : closure.terms)
-        if (term.of != VelocityTerm<S>::Of::column)
+      for (const kinematics::VelocityTerm<S>& term : closure.terms)
+        if (term.of != kinematics::VelocityTerm<S>::Of::column)
           add_constraint_wrench(motion, term, multiplier * std::abs(term.factor));
       continue;
     }
-    for (const ClosureRow& row : closure.rows) {
+    for (const kinematics::ClosureRow& row : closure.rows) {
       const double multiplier = std::abs(multipliers[r++]);
-      if (row.kind != ClosureRow::Kind::dot)
+      if (row.kind != kinematics::ClosureRow::Kind::dot)
         size.force += multiplier + total_force / tree_.characteristic_length;
       else
         size.moment += multiplier + total_force;
@@ -289,12 +284,12 @@ void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& motion, const s
 
 /// Adds the wrench of a constraint force of this size on the body of one of its terms.
 template <class S>
-void TermMagnitudeRecorder<S>::add_constraint_wrench(const TreeMotion<S>& motion, const VelocityTerm<S>& term,
-                                                     double magnitude) {
+void TermMagnitudeRecorder<S>::add_constraint_wrench(const TreeMotion<S>& motion,
+                                                     const kinematics::VelocityTerm<S>& term, double magnitude) {
   const auto node = static_cast<std::size_t>(term.frame.node);
   if (node == 0) return;
   ForceMagnitude& sum = external_magnitudes_[node];
-  if (term.of == VelocityTerm<S>::Of::angular_velocity) {
+  if (term.of == kinematics::VelocityTerm<S>::Of::angular_velocity) {
     sum.moment += magnitude;
     return;
   }
@@ -319,17 +314,17 @@ void TermMagnitudeRecorder<S>::read_transmitted(const TreeMotion<S>& motion, con
     if (n < 0) continue;
     const auto i = static_cast<Eigen::Index>(j);
     const auto node = static_cast<std::size_t>(n);
-    const FixedFrame<S>& second = tree_.bodies[static_cast<std::size_t>(mechanism_.joints[j].second)];
-    const typename S::Vector Q =
-        position(motion.state,
-                 {second.node, second.R_N, second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second)});
+    const kinematics::FixedFrame<S>& second = tree_.bodies[static_cast<std::size_t>(mechanism_.joints[j].second)];
+    const typename S::Vector Q = kinematics::position(
+        motion.state, {second.node, second.R_N,
+                       second.p_N + second.R_N * kinematics::to_vector<S>(mechanism_.joints[j].point_second)});
     if (!is_rolling(mechanism_.joints[j].type)) current_.joint_force[i] = current_.joint_moment[i] = 0;
     current_.joint_force[i] += nodes_[node].force;
     current_.joint_moment[i] += nodes_[node].moment + (Q - motion.state[node].p_WN).norm() * nodes_[node].force;
   }
 }
 
-template class TermMagnitudeRecorder<Planar>;
-template class TermMagnitudeRecorder<Spatial>;
+template class TermMagnitudeRecorder<kinematics::Planar>;
+template class TermMagnitudeRecorder<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

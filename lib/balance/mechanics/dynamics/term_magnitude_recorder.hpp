@@ -19,7 +19,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::dynamics {
 
 /// Scale of rates and accelerations if all coordinates rest: those of one radian or characteristic length.
 struct RestScale {
@@ -33,7 +33,7 @@ class TermMagnitudeRecorder {
   /// @param tree must outlive the recorder
   /// @param about world point about which moments are taken
   /// @param rest scale of the motion
-  TermMagnitudeRecorder(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about,
+  TermMagnitudeRecorder(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const typename S::Vector& about,
                         const RestScale& rest);
 
   /// Measures at an instant and keeps the maximum magnitudes.
@@ -45,10 +45,10 @@ class TermMagnitudeRecorder {
               double mobility);
 
   /// Maximum magnitudes so far.
-  const TermMagnitudes& magnitudes() const { return terms_; }
+  const results::TermMagnitudes& magnitudes() const { return terms_; }
   /// Maximum so far of the magnitudes to which round_off_factor applies: those of solved quantities are amplified
   /// according to the equations' residual and the inverse of the mobility.
-  const TermMagnitudes& amplified_magnitudes() const { return amplified_; }
+  const results::TermMagnitudes& amplified_magnitudes() const { return amplified_; }
 
  private:
   struct NodeMagnitudes {
@@ -66,26 +66,26 @@ class TermMagnitudeRecorder {
   void propagate_forces(const TreeMotion<S>& motion);
   void add_in_joints(const TreeMotion<S>& motion, const Sample& sample);
   void add_closures(const TreeMotion<S>& motion, const std::vector<double>& multipliers);
-  void add_constraint_wrench(const TreeMotion<S>& motion, const VelocityTerm<S>& term, double magnitude);
+  void add_constraint_wrench(const TreeMotion<S>& motion, const kinematics::VelocityTerm<S>& term, double magnitude);
   void read_transmitted(const TreeMotion<S>& motion, const Sample& sample);
   double unit(CoordinateId coordinate) const;
 
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
+  const kinematics::Tree<S>& tree_;
   double gravity_, about_;
   ExternalForces<S> external_;
-  FixedFrame<S> tool_;
+  kinematics::FixedFrame<S> tool_;
   std::vector<NodeMagnitudes> nodes_;
   RestScale rest_scale_;
-  double rest_fraction_ = round_off_factor;  ///< of the rest scale, at the present instant
-  std::vector<double> dy_, ddy_;             ///< per tree coordinate: magnitudes of its rate and acceleration
-  std::vector<double> tau_;                  ///< per tree coordinate
+  double rest_fraction_ = results::round_off_factor;  ///< of the rest scale, at the present instant
+  std::vector<double> dy_, ddy_;                      ///< per tree coordinate: magnitudes of its rate and acceleration
+  std::vector<double> tau_;                           ///< per tree coordinate
   std::vector<ForceMagnitude> external_magnitudes_;
   double max_rate_ = 0, max_acceleration_ = 0;  ///< largest of any tree coordinate, lengths in characteristic lengths
-  TermMagnitudes current_, terms_, amplified_;
+  results::TermMagnitudes current_, terms_, amplified_;
 };
 
-extern template class TermMagnitudeRecorder<Planar>;
-extern template class TermMagnitudeRecorder<Spatial>;
+extern template class TermMagnitudeRecorder<kinematics::Planar>;
+extern template class TermMagnitudeRecorder<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

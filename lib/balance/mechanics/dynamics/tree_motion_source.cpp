@@ -3,14 +3,14 @@
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 
-namespace balance {
+namespace balance::dynamics {
 
 template <class S>
-TreeMotionSource<S>::TreeMotionSource(const Mechanism& mechanism, const CompiledMotion<S>& motion, const Vector3& about,
-                                      Detail detail)
+TreeMotionSource<S>::TreeMotionSource(const Mechanism& mechanism, const kinematics::CompiledMotion<S>& motion,
+                                      const Vector3& about, Detail detail)
     : mechanism_(mechanism),
       plan_(motion.plan),
-      about_(to_vector<S>(about)),
+      about_(kinematics::to_vector<S>(about)),
       detail_(detail),
       tree_(motion.tree),
       outcome_(motion.plan.outcome) {
@@ -33,25 +33,26 @@ bool TreeMotionSource<S>::update_payloads() {
 
 template <class S>
 bool TreeMotionSource<S>::stop_at_actuation_singularity() {
-  outcome_ = make_actuation_singularity_outcome(time(), format_configuration(mechanism_, tree_, stepper_->y()));
+  outcome_ =
+      trajectory::make_actuation_singularity_outcome(time(), format_configuration(mechanism_, tree_, stepper_->y()));
   return false;
 }
 
 template <class S>
-const NodeState<S>& TreeMotionSource<S>::state_of(const FixedFrame<S>& body) const {
+const kinematics::NodeState<S>& TreeMotionSource<S>::state_of(const kinematics::FixedFrame<S>& body) const {
   return stepper_->state()[static_cast<std::size_t>(body.node)];
 }
 
 template <class S>
 double TreeMotionSource<S>::point_speed(BodyId body, const Vector3& point) const {
-  const FixedFrame<S>& frame = tree_.bodies[static_cast<std::size_t>(body)];
-  const typename S::Vector p_N = frame.p_N + frame.R_N * to_vector<S>(point);
-  return point_velocity<S>(state_of(frame), p_N).norm();
+  const kinematics::FixedFrame<S>& frame = tree_.bodies[static_cast<std::size_t>(body)];
+  const typename S::Vector p_N = frame.p_N + frame.R_N * kinematics::to_vector<S>(point);
+  return kinematics::point_velocity<S>(state_of(frame), p_N).norm();
 }
 
 template <class S>
 double TreeMotionSource<S>::angular_speed(BodyId body) const {
-  return angular_to_3d(state_of(tree_.bodies[static_cast<std::size_t>(body)]).angular_velocity).norm();
+  return kinematics::angular_to_3d(state_of(tree_.bodies[static_cast<std::size_t>(body)]).angular_velocity).norm();
 }
 
 template <class S>
@@ -59,7 +60,7 @@ MotionOutcome TreeMotionSource<S>::completed_outcome() const {
   return {MotionStatus::done, plan_.prescribed_motion->duration(), "", evaluator_->actuation().notes()};
 }
 
-template class TreeMotionSource<Planar>;
-template class TreeMotionSource<Spatial>;
+template class TreeMotionSource<kinematics::Planar>;
+template class TreeMotionSource<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

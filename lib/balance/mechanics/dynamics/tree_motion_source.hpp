@@ -8,22 +8,23 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::dynamics {
 
 template <class S>
-class TreeMotionSource final : public MotionSource {
+class TreeMotionSource final : public trajectory::MotionSource {
  public:
   /// @param mechanism, motion must outlive the source, which moves a copy of the tree
   /// @param about world point about which moments are taken
   /// @param detail what evaluate() computes; kinematics: nothing depends on the actuators, else they must hold the
   ///        mechanism throughout the motion
-  TreeMotionSource(const Mechanism& mechanism, const CompiledMotion<S>& motion, const Vector3& about, Detail detail);
+  TreeMotionSource(const Mechanism& mechanism, const kinematics::CompiledMotion<S>& motion, const Vector3& about,
+                   Detail detail);
 
   const MotionOutcome& outcome() const override { return outcome_; }
-  const PrescribedMotion& prescribed_motion() const override { return *plan_.prescribed_motion; }
+  const trajectory::PrescribedMotion& prescribed_motion() const override { return *plan_.prescribed_motion; }
   bool begin() override { return stepper_ && check(stepper_->begin()); }
   bool advance(double time) override { return check(stepper_->advance(time)); }
-  void update_accelerations(Side side) override { stepper_->update_accelerations(side); }
+  void update_accelerations(trajectory::Side side) override { stepper_->update_accelerations(side); }
   bool update_payloads() override;
   double time() const override { return stepper_->time(); }
   bool evaluate() override { return evaluator_->evaluate(*stepper_, detail_) || stop_at_actuation_singularity(); }
@@ -32,16 +33,16 @@ class TreeMotionSource final : public MotionSource {
   double angular_speed(BodyId body) const override;
 
   const Mechanism& mechanism() const { return mechanism_; }
-  const CompiledTrajectory<S>& plan() const { return plan_; }
+  const kinematics::CompiledTrajectory<S>& plan() const { return plan_; }
   const typename S::Vector& about() const { return about_; }
   Detail detail() const { return detail_; }
   /// As it moves: with the present payloads and references of spherical joints.
-  const Tree<S>& tree() const { return tree_; }
+  const kinematics::Tree<S>& tree() const { return tree_; }
   // @pre the plan's outcome is done
-  const TreePayloads<S>& payloads() const { return *payloads_; }
+  const kinematics::TreePayloads<S>& payloads() const { return *payloads_; }
   SampleEvaluator<S>& evaluator() { return *evaluator_; }
   // @pre outcome() was done at first
-  MotionStepper<S>& stepper() { return *stepper_; }
+  kinematics::MotionStepper<S>& stepper() { return *stepper_; }
   /// Sets outcome(), for callers that find the singularity themselves. @return false
   bool stop_at_actuation_singularity();
   /// done, with notes on efforts and reactions.
@@ -52,20 +53,20 @@ class TreeMotionSource final : public MotionSource {
     if (!is_reached) outcome_ = stepper_->outcome();
     return is_reached;
   }
-  const NodeState<S>& state_of(const FixedFrame<S>& body) const;
+  const kinematics::NodeState<S>& state_of(const kinematics::FixedFrame<S>& body) const;
 
   const Mechanism& mechanism_;
-  const CompiledTrajectory<S>& plan_;
+  const kinematics::CompiledTrajectory<S>& plan_;
   const typename S::Vector about_;
   const Detail detail_;
-  Tree<S> tree_;
+  kinematics::Tree<S> tree_;
   std::optional<SampleEvaluator<S>> evaluator_;
-  std::optional<TreePayloads<S>> payloads_;
-  std::optional<MotionStepper<S>> stepper_;
+  std::optional<kinematics::TreePayloads<S>> payloads_;
+  std::optional<kinematics::MotionStepper<S>> stepper_;
   MotionOutcome outcome_;
 };
 
-extern template class TreeMotionSource<Planar>;
-extern template class TreeMotionSource<Spatial>;
+extern template class TreeMotionSource<kinematics::Planar>;
+extern template class TreeMotionSource<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::dynamics

@@ -18,7 +18,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace balance {
+namespace balance::kinematics {
+
+using trajectory::DriveSample;
 
 namespace {
 
@@ -41,7 +43,7 @@ MotionOutcome check_pose_determinacy(int free_count, int stated_count, int freed
 }
 
 template <class S>
-ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const PoseTarget& pose) {
+ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
   std::vector<CoordinateId> needed;
   for (const CoordinateValue& value : pose.joints) needed.push_back(value.coordinate);
   const Tree<S> tree = compile_tree<S>(mechanism, needed);
@@ -70,8 +72,8 @@ ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const Pos
 
 }  // namespace
 
-PoseTarget actuators_as_assembled(const Mechanism& mechanism) {
-  PoseTarget pose;
+trajectory::PoseTarget actuators_as_assembled(const Mechanism& mechanism) {
+  trajectory::PoseTarget pose;
   for (const CoordinateId actuator : mechanism.actuators) {
     double value = 0;
     for (const CoordinateValue& assembled : mechanism.assembly)
@@ -81,7 +83,7 @@ PoseTarget actuators_as_assembled(const Mechanism& mechanism) {
   return pose;
 }
 
-ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose) {
+ConfigurationResult solve_configuration(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
   return dispatch_space(mechanism.space, [&]<class S>(S) { return solve_configuration_in<S>(mechanism, pose); });
 }
 
@@ -182,17 +184,17 @@ namespace {
 
 /// The minimum-norm least-squares solution of J x = r.
 VectorX solve_least_norm_step(const MatrixX& jacobian, const VectorX& residual) {
-  CompleteOrthogonalDecomposition qr;
+  numerics::CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);
   qr.compute(jacobian);
   return qr.solve(residual);
 }
 
 /// The second solve corrects the error due to the damping; in an iteration, so do the next steps.
-VectorX solve_least_norm_step(const SparseMatrix& jacobian, const VectorX& residual) {
+VectorX solve_least_norm_step(const numerics::SparseMatrix& jacobian, const VectorX& residual) {
   const double shift = 1e-12 * jacobian.squaredNorm() / static_cast<double>(jacobian.cols());
-  const VectorX first = solve_damped_least_squares(jacobian, residual, shift);
-  return first + solve_damped_least_squares(jacobian, residual - jacobian * first, shift);
+  const VectorX first = numerics::solve_damped_least_squares(jacobian, residual, shift);
+  return first + numerics::solve_damped_least_squares(jacobian, residual - jacobian * first, shift);
 }
 
 /// Final phase with quadratic convergence: minimum-norm Newton steps as long as they reduce the residual.
@@ -221,7 +223,7 @@ class DampedNormalEquations {
   DampedNormalEquations(const MatrixX& jacobian, const VectorX& residual)
       : normal_(jacobian.transpose() * jacobian),
         gradient_(jacobian.transpose() * residual),
-        max_diagonal_(max_coefficient(normal_.diagonal())) {}
+        max_diagonal_(numerics::max_coefficient(normal_.diagonal())) {}
   VectorX step(double damping) const {
     MatrixX damped = normal_;
     damped.diagonal().array() += damping * std::max(1e-6, max_diagonal_);
@@ -236,17 +238,17 @@ class DampedNormalEquations {
 
 class SparseDampedNormalEquations {
  public:
-  SparseDampedNormalEquations(const SparseMatrix& jacobian, const VectorX& residual)
+  SparseDampedNormalEquations(const numerics::SparseMatrix& jacobian, const VectorX& residual)
       : jacobian_(jacobian), residual_(residual) {
     for (Eigen::Index c = 0; c < jacobian.cols(); ++c)
       max_diagonal_ = std::max(max_diagonal_, jacobian.col(c).squaredNorm());
   }
   VectorX step(double damping) const {
-    return solve_damped_least_squares(jacobian_, residual_, damping * std::max(1e-6, max_diagonal_));
+    return numerics::solve_damped_least_squares(jacobian_, residual_, damping * std::max(1e-6, max_diagonal_));
   }
 
  private:
-  const SparseMatrix& jacobian_;
+  const numerics::SparseMatrix& jacobian_;
   const VectorX& residual_;
   double max_diagonal_ = 0;
 };
@@ -295,14 +297,15 @@ AssemblySolution search_levenberg_marquardt(ConstraintSystem<S>& system, const V
 template <class S>
 AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& guess, const DriveSample& target,
                                 int iterations) {
-  return system.columns() > max_dense_columns
-             ? search_levenberg_marquardt<SparseMatrix, SparseDampedNormalEquations>(system, guess, target, iterations)
+  return system.columns() > numerics::max_dense_columns
+             ? search_levenberg_marquardt<numerics::SparseMatrix, SparseDampedNormalEquations>(system, guess, target,
+                                                                                               iterations)
              : search_levenberg_marquardt<MatrixX, DampedNormalEquations>(system, guess, target, iterations);
 }
 
 template <class S>
 VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed) {
-  UniformRandom random(seed);
+  numerics::UniformRandom random(seed);
   VectorX y(tree.columns);
   for (int c = 0; c < tree.columns; ++c)
     y[c] = random(-1, 1) * (tree.is_length_column[c] ? tree.characteristic_length : std::numbers::pi);
@@ -316,7 +319,7 @@ RankDecomposition decompose_rank(const MatrixX& jacobian, double tolerance) {
     decomposition.null_space = MatrixX::Identity(columns, columns);
     return decomposition;
   }
-  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   const VectorX& values = svd.singularValues();
   const double max_singular_value = values[0];
   while (decomposition.rank < values.size() && values[decomposition.rank] > tolerance * max_singular_value &&
@@ -332,9 +335,9 @@ namespace {
 template <class S>
 bool has_proven_full_rank(ConstraintSystem<S>& closures, const VectorX& y) {
   VectorX residual;
-  SparseMatrix jacobian;
+  numerics::SparseMatrix jacobian;
   closures.evaluate(y, {}, residual, jacobian);
-  return min_singular_value(jacobian).has_value();
+  return numerics::min_singular_value(jacobian).has_value();
 }
 
 /// @param with_velocity_rows whether the rows of velocity-level closures count, too
@@ -344,7 +347,7 @@ int find_generic_rank(const Tree<S>& tree, const VectorX& y, bool with_velocity_
   const int rows = with_velocity_rows ? closures.closure_rows() : closures.place_rows(),
             full_rank = std::min(rows, closures.columns());
   if (full_rank == 0 ||
-      (full_rank > max_dense_columns && rows == closures.place_rows() && has_proven_full_rank(closures, y)))
+      (full_rank > numerics::max_dense_columns && rows == closures.place_rows() && has_proven_full_rank(closures, y)))
     return full_rank;
   const VectorX scale = column_scale(tree);
   VectorX current_y = y;
@@ -450,7 +453,7 @@ std::string format_configuration(const Mechanism& mechanism, const Tree<S>& tree
     const double value = source.value(y);
     const auto coordinate = static_cast<int>(c);
     const double round_off =
-        pose_round_off * (is_length_coordinate(mechanism, coordinate) ? tree.characteristic_length : 1);
+        model::pose_round_off * (is_length_coordinate(mechanism, coordinate) ? tree.characteristic_length : 1);
     out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " +
            format_coordinate(mechanism, coordinate, value, round_off);
   }
@@ -463,9 +466,9 @@ template std::string format_configuration<Spatial>(const Mechanism&, const Tree<
 namespace {
 
 bool may_wind_coordinate(const Mechanism& mechanism, CoordinateId coordinate) {
-  const auto is_leader = [coordinate](const CoordinateCombination& sum) {
+  const auto is_leader = [coordinate](const model::CoordinateCombination& sum) {
     return std::any_of(sum.terms.begin(), sum.terms.end(),
-                       [coordinate](const CoordinateTerm& term) { return term.coordinate == coordinate; });
+                       [coordinate](const model::CoordinateTerm& term) { return term.coordinate == coordinate; });
   };
   return std::none_of(mechanism.couplings.begin(), mechanism.couplings.end(),
                       [&](const Coupling& one) { return one.follower == coordinate || is_leader(one.leader); }) &&
@@ -546,9 +549,9 @@ void wind_angles(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSyst
   }
   if (wound == y) return;
   VectorX residual;
-  SparseMatrix jacobian;
+  numerics::SparseMatrix jacobian;
   system.evaluate(wound, target, residual, jacobian);
-  if (residual.size() == 0 || max_abs(residual) < closure_tolerance) y = wound;
+  if (residual.size() == 0 || numerics::max_abs(residual) < closure_tolerance) y = wound;
   system.evaluate(y, target, residual, jacobian);
 }
 
@@ -591,4 +594,4 @@ BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// The configuration defined by a pose: all coordinates of a mechanism, given those of its tool, of some joints or of
 /// its centre of mass.
@@ -24,10 +24,10 @@ struct ConfigurationResult {
 };
 
 /// Finds the configuration in the assembly mode nearest to the mechanism's `assembly`.
-ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose);
+ConfigurationResult solve_configuration(const Mechanism& mechanism, const trajectory::PoseTarget& pose);
 
 /// The pose of a mechanism without a motion: its actuated coordinates at their assembly values, or zero.
-PoseTarget actuators_as_assembled(const Mechanism& mechanism);
+trajectory::PoseTarget actuators_as_assembled(const Mechanism& mechanism);
 
 /// Largest scaled residual that counts as closed.
 inline constexpr double closure_tolerance = 1e-12;
@@ -46,8 +46,8 @@ VectorX column_scale(const Tree<S>& tree);
 /// Finds a configuration near the guess that satisfies all equations. If there is none, minimises the residual in the
 /// least-squares sense.
 template <class S>
-AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& guess, const DriveSample& target,
-                                int iterations = 100);
+AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& guess,
+                                const trajectory::DriveSample& target, int iterations = 100);
 
 /// Random coordinates: angles anywhere, lengths within ± the characteristic length.
 template <class S>
@@ -75,17 +75,18 @@ int find_generic_position_rank(const Tree<S>& tree, const VectorX& y);
 /// shortest path.
 /// @return the configuration at `to`, or found = false
 template <class S>
-AssemblySolution track_to(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& from,
-                          const DriveSample& to);
+AssemblySolution track_to(ConstraintSystem<S>& system, const VectorX& y, const trajectory::DriveSample& from,
+                          const trajectory::DriveSample& to);
 
 #define BALANCE_DECLARE(S)                                                                                           \
   extern template VectorX column_scale<S>(const Tree<S>&);                                                           \
-  extern template AssemblySolution solve_assembly<S>(ConstraintSystem<S>&, const VectorX&, const DriveSample&, int); \
+  extern template AssemblySolution solve_assembly<S>(ConstraintSystem<S>&, const VectorX&,                           \
+                                                     const trajectory::DriveSample&, int);                           \
   extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                      \
   extern template int find_generic_closure_rank<S>(const Tree<S>&, const VectorX&);                                  \
   extern template int find_generic_position_rank<S>(const Tree<S>&, const VectorX&);                                 \
-  extern template AssemblySolution track_to<S>(ConstraintSystem<S>&, const VectorX&, const DriveSample&,             \
-                                               const DriveSample&);
+  extern template AssemblySolution track_to<S>(ConstraintSystem<S>&, const VectorX&, const trajectory::DriveSample&, \
+                                               const trajectory::DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
@@ -97,8 +98,8 @@ class AssemblyModes {
  public:
   /// @param system of the pose; it and the other arguments must outlive the modes
   /// @param selected tree coordinates of the first mode
-  AssemblyModes(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target,
-                const VectorX& selected);
+  AssemblyModes(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
+                const trajectory::DriveSample& target, const VectorX& selected);
 
   /// Searches from one more start. @return the cost: iterations times coordinates
   long search_from(std::uint64_t start);
@@ -112,7 +113,7 @@ class AssemblyModes {
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
   ConstraintSystem<S>& system_;
-  const DriveSample& target_;
+  const trajectory::DriveSample& target_;
   std::vector<std::vector<double>> modes_;
 };
 
@@ -139,4 +140,4 @@ std::string format_configuration(const Mechanism& mechanism, const Tree<S>& tree
 extern template std::string format_configuration<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
 extern template std::string format_configuration<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
 
-}  // namespace balance
+}  // namespace balance::kinematics

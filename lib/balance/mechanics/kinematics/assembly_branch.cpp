@@ -12,7 +12,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -127,8 +127,8 @@ bool AssemblyBranch<S>::step(const double* q) {
     if (!(std::abs(trial_[c] - predicted_[c]) <= max_correction * scale[c])) return false;
   double distance = 0;
   for (const int c : matrix_columns_) distance = std::max(distance, std::abs(trial_[c] - y_[c]) / scale[c]);
-  if (!(distance * distance <= max_matrix_curvature * equations_.regularity()) ||
-      !equations_.is_near_stored(max_matrix_change))
+  if (!(distance * distance <= numerics::max_matrix_curvature * equations_.regularity()) ||
+      !equations_.is_near_stored(numerics::max_matrix_change))
     return false;
   std::swap(y_, trial_);
   std::copy_n(q, freedoms_, q_.begin());
@@ -233,7 +233,7 @@ CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double* q) const 
   plan.start = y_;
   plan.freedoms = freedoms_;
   plan.has_redundant_closures = has_redundant_closures_;
-  PrescribedMotion::Request request;
+  trajectory::PrescribedMotion::Request request;
   request.law.kind = MotionLawKind::cubic;
   request.from.value = Eigen::Map<const VectorX>(q_.data(), freedoms_);
   request.to.value = Eigen::Map<const VectorX>(q, freedoms_);
@@ -320,7 +320,7 @@ MotionOutcome AssemblyBranch<S>::assemble(const double* q, const std::vector<Coo
   for (const CoordinateValue& value : near) set_assembly_value(value, true);
   for (int k = 0; k < freedoms_; ++k) set_assembly_value({independent_[static_cast<std::size_t>(k)], q[k]}, false);
   ConstraintSystem<S> system(tree_, drive_);
-  DriveSample target;
+  trajectory::DriveSample target;
   target.value = Eigen::Map<const VectorX>(q, freedoms_);
   const AssemblySolution solution = solve_pose(guided_mechanism, tree_, system, target);
   MotionOutcome outcome;
@@ -330,7 +330,7 @@ MotionOutcome AssemblyBranch<S>::assemble(const double* q, const std::vector<Coo
     outcome = track_with_stepper(q, "");
     assembled_ = assembled_ || outcome.status == MotionStatus::done;
   } else {
-    PoseTarget pose;
+    trajectory::PoseTarget pose;
     for (int k = 0; k < freedoms_; ++k) pose.joints.push_back({independent_[static_cast<std::size_t>(k)], q[k]});
     outcome = explain_assembly_failure(guided_mechanism, tree_, solution, pose);
     if (outcome.status == MotionStatus::unreachable)
@@ -430,7 +430,7 @@ bool can_determine_motion(const SampledLoopVelocities<S>& loops, const std::vect
   if (loops.freedoms == 0) return true;
   return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
     const MatrixX rates = compute_coordinate_rates(loops.tree, coordinates, velocities);
-    return singular_values(rates)[loops.freedoms - 1] > min_independent_rate;
+    return numerics::singular_values(rates)[loops.freedoms - 1] > min_independent_rate;
   });
 }
 
@@ -536,4 +536,4 @@ template IndependentCoordinates<Planar> choose_independent_coordinates<Planar>(c
 template IndependentCoordinates<Spatial> choose_independent_coordinates<Spatial>(const Mechanism&,
                                                                                  const std::vector<std::string>&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 // The independent coordinates in which a state of a mechanism is given.
 
@@ -142,7 +142,7 @@ class AssemblyBranch {
   std::vector<ColumnId> matrix_columns_;  ///< columns that the closures' matrix depends on
   std::vector<typename S::Rotation> initial_references_;
   TreeState<S> state_;
-  DriveSample sample_;
+  trajectory::DriveSample sample_;
   VectorX y_, dy_, ddy_, predicted_, trial_;
   std::vector<double> q_, x_;
   bool assembled_ = false;
@@ -153,4 +153,4 @@ class AssemblyBranch {
 extern template class AssemblyBranch<Planar>;
 extern template class AssemblyBranch<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -77,7 +77,7 @@ std::string describe_collinear_links(const Mechanism& mechanism, const Tree<S>& 
   std::size_t pairs = 0;
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
     const Joint& joint = mechanism.joints[j];
-    if (!is_pivot(joint.type) || joint.first == ground || joint.second == ground) continue;
+    if (!is_pivot(joint.type) || joint.first == model::ground || joint.second == model::ground) continue;
     if (!has_collinear_ends(ends[static_cast<std::size_t>(joint.first)], ends[static_cast<std::size_t>(joint.second)],
                             static_cast<int>(j), 1e-6 * tree.characteristic_length))
       continue;
@@ -178,7 +178,8 @@ MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree
 /// Moves from a configuration with closed loops to the one nearest to a pose, by Levenberg–Marquardt steps along the
 /// freedoms that the loops leave.
 template <class S>
-VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target, VectorX y) {
+VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const trajectory::DriveSample& target,
+                      VectorX y) {
   constexpr int max_steps = 200;
   constexpr double max_step = 0.3, max_damping = 1e8, min_relative_gain = 1e-12;
   ConstraintSystem<S> closures(tree, Drive<S>{});
@@ -212,8 +213,9 @@ VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const Dr
 
 /// Values of a pose that the nearest configuration misses: "A 1.2 rad (nearest is 1.07 rad)".
 template <class S>
-std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose,
-                                 double length, const DriveSample& target, const DriveSample& nearest) {
+std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& drive, const trajectory::PoseTarget& pose,
+                                 double length, const trajectory::DriveSample& target,
+                                 const trajectory::DriveSample& nearest) {
   std::string text;
   const auto add = [&text](const std::string& what, const std::string& requested, const std::string& reached) {
     text += (text.empty() ? "" : ", ") + what + " " + requested + " (nearest is " + reached + ")";
@@ -251,7 +253,7 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
 
 template <class S>
 MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
-                                     const VectorX& assembled, const PoseTarget& pose) {
+                                     const VectorX& assembled, const trajectory::PoseTarget& pose) {
   constexpr int max_columns = 120;  // up to here the freedoms of the loops are cheap to compute
   const PoseEquations<S> pose_equations = make_pose_equations(mechanism, tree, pose);
   ConstraintSystem<S> system(tree, pose_equations.drive);
@@ -286,7 +288,7 @@ MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& 
 
 template <class S>
 MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
-                                       const PoseTarget& pose) {
+                                       const trajectory::PoseTarget& pose) {
   ConstraintSystem<S> closures(tree, Drive<S>{});
   const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
   if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
@@ -294,8 +296,8 @@ MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>
 }
 
 template MotionOutcome explain_assembly_failure<Planar>(const Mechanism&, const Tree<Planar>&, const AssemblySolution&,
-                                                        const PoseTarget&);
+                                                        const trajectory::PoseTarget&);
 template MotionOutcome explain_assembly_failure<Spatial>(const Mechanism&, const Tree<Spatial>&,
-                                                         const AssemblySolution&, const PoseTarget&);
+                                                         const AssemblySolution&, const trajectory::PoseTarget&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace balance {
+namespace balance::kinematics {
 
 // Collinear links, which characterise dead points and outstretched arms.
 
@@ -38,13 +38,13 @@ class UnsolvableMechanism : public std::invalid_argument {
 /// @param pose what it looked for
 template <class S>
 MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
-                                       const PoseTarget& pose);
+                                       const trajectory::PoseTarget& pose);
 
 #define BALANCE_DECLARE(S)                                                                                             \
   extern template MotionOutcome explain_assembly_failure<S>(const Mechanism&, const Tree<S>&, const AssemblySolution&, \
-                                                            const PoseTarget&);
+                                                            const trajectory::PoseTarget&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -11,7 +11,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::kinematics {
 
 // The contact point of a disc or a sphere with the plane on which it rolls.
 
@@ -243,4 +243,4 @@ bool is_aligned(const ClosurePose<S>& pose, const Closure<Constants<S>>& closure
   return true;
 }
 
-}  // namespace balance
+}  // namespace balance::kinematics

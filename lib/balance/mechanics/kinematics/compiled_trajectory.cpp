@@ -19,7 +19,9 @@
 #include <type_traits>
 #include <variant>
 
-namespace balance {
+namespace balance::kinematics {
+
+using trajectory::Component;
 
 // Whether the centre of mass moves at all, so that it can drive a mechanism.
 
@@ -39,7 +41,7 @@ extern template std::string check_com_mobility<Spatial>(const Tree<Spatial>&, co
 template <class S>
 struct DriveChoice {
   Drive<S> drive;
-  DriveQuantities quantities;
+  trajectory::DriveQuantities quantities;
 };
 
 /// @param y closes the loops; in space, if the trajectory names no components, those are taken that can be followed
@@ -115,11 +117,11 @@ class ScaledComJacobian {
 
 bool has_full_row_rank(const MatrixX& rates) {
   if (rates.cols() < rates.rows()) return false;
-  return singular_values(rates)[rates.rows() - 1] > static_com_tolerance;
+  return numerics::singular_values(rates)[rates.rows() - 1] > static_com_tolerance;
 }
 
 std::string direction_text(const std::vector<int>& components, VectorX direction) {
-  const Eigen::Index dominant = max_index(direction.cwiseAbs());
+  const Eigen::Index dominant = numerics::max_index(direction.cwiseAbs());
   if (std::abs(direction[dominant]) > 1 - 1e-9)
     return std::string(1, "xyz"[components[static_cast<std::size_t>(dominant)]]);
   direction *= direction[dominant] > 0 ? 1 : -1;
@@ -164,7 +166,7 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
     if (neighbour.found) current_y = neighbour.y;
   }
   if (rates.cols() == 0) return "";
-  if (max_abs(rates) <= static_com_tolerance)
+  if (numerics::max_abs(rates) <= static_com_tolerance)
     return std::string("the mechanism is force balanced: its centre of mass stands still and cannot drive it") +
            drive_hint;
   if (has_independent_rates) return "";
@@ -173,7 +175,7 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
                "the centre of mass moves in fewer independent directions than are prescribed and cannot drive the "
                "mechanism") +
            drive_hint;
-  const SingularValueDecomposition directions(select_components(rates), Eigen::ComputeFullU);
+  const numerics::SingularValueDecomposition directions(select_components(rates), Eigen::ComputeFullU);
   return "the mechanism is force balanced along " + direction_text(components, directions.matrixU().rightCols<1>()) +
          ": its centre of mass does not move in that direction and cannot drive it" + drive_hint;
 }
@@ -196,7 +198,7 @@ DriveChoice<S> make_drive_choice(const Mechanism& mechanism, const Tree<S>& tree
 MatrixX compute_reduced_drive_jacobian(const Tree<Spatial>& tree, const Drive<Spatial>& drive, const VectorX& y,
                                        const MatrixX& null_space) {
   ConstraintSystem<Spatial> system(tree, drive);
-  DriveSample target;
+  trajectory::DriveSample target;
   target.value.setZero(drive.value_count());
   VectorX residual;
   MatrixX jacobian;
@@ -208,7 +210,7 @@ MatrixX compute_reduced_drive_jacobian(const Tree<Spatial>& tree, const Drive<Sp
 bool has_independent_rows(const MatrixX& rates) {
   constexpr double min_independent_rate = 1e-6;  // in characteristic lengths or radians per unit of all coordinates
   if (rates.rows() == 0 || rates.rows() > rates.cols()) return rates.rows() == 0;
-  return singular_values(rates)[rates.rows() - 1] > min_independent_rate;
+  return numerics::singular_values(rates)[rates.rows() - 1] > min_independent_rate;
 }
 
 /// The first components, positions before rotations, that the tool or the centre of mass can follow together with the
@@ -235,7 +237,7 @@ std::vector<Component> select_drivable_components(const Mechanism& mechanism, co
 Trajectory complete_components(const Mechanism& mechanism, const Tree<Spatial>& tree, Trajectory trajectory,
                                const VectorX& y, int freedoms) {
   if (trajectory.drive == DriveKind::joints || !trajectory.components.empty() ||
-      std::holds_alternative<TablePath>(trajectory.path))  // a table has columns for the default ones
+      std::holds_alternative<trajectory::TablePath>(trajectory.path))  // a table has columns for the default ones
     return trajectory;
   const DriveChoice<Spatial> default_choice = make_drive_choice(mechanism, tree, trajectory, freedoms);
   if (!default_choice.quantities.mismatch.empty()) return trajectory;
@@ -310,8 +312,8 @@ class TrajectoryCompiler {
     const AssemblySolution assembled = solve_pose(mechanism_, tree_, closures, {});
     if (!assembled.found) return true;
     const int freedoms = tree_.columns - find_generic_closure_rank(tree_, assembled.y);
-    const DriveQuantities quantities =
-        balance::choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
+    const trajectory::DriveQuantities quantities =
+        kinematics::choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
     if (!quantities.mismatch.empty()) return true;
     const std::string reason = check_com_mobility(tree_, assembled.y, quantities.com);
     return reason.empty() || fail(make_failure(MotionStatus::mismatch, reason));
@@ -327,7 +329,7 @@ class TrajectoryCompiler {
     plan_.freedoms = tree_.columns - rank;
     plan_.has_redundant_closures = tree_.closure_rows > rank;
     configuration_freedoms_ = tree_.columns - find_generic_position_rank(tree_, start.y);
-    if (from.drive.row_count() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
+    if (from.drive.row_count() < plan_.freedoms && !std::holds_alternative<trajectory::TablePath>(trajectory_.path))
       return fail(make_failure(MotionStatus::mismatch, "the start pose (from) states " +
                                                            std::to_string(from.drive.row_count()) +
                                                            " values, but the mechanism has " +
@@ -336,7 +338,7 @@ class TrajectoryCompiler {
   }
 
   bool choose_drive() {
-    choice_ = balance::choose_drive(mechanism_, tree_, trajectory_, plan_.start, plan_.freedoms);
+    choice_ = kinematics::choose_drive(mechanism_, tree_, trajectory_, plan_.start, plan_.freedoms);
     const std::string& mismatch = choice_.quantities.mismatch;
     if (!mismatch.empty()) return fail(make_failure(MotionStatus::mismatch, mismatch));
     plan_.drive = choice_.drive;
@@ -344,14 +346,14 @@ class TrajectoryCompiler {
     return true;
   }
 
-  DriveValue measure_drive_at(const VectorX& y) const {
+  trajectory::DriveValue measure_drive_at(const VectorX& y) const {
     ConstraintSystem<S> system(tree_, choice_.drive);
     VectorX residual;
-    SparseMatrix jacobian;
-    DriveSample zero;
+    numerics::SparseMatrix jacobian;
+    trajectory::DriveSample zero;
     zero.value.setZero(choice_.drive.value_count());
     system.evaluate(y, zero, residual, jacobian);
-    const DriveSample sample = system.measure(y);
+    const trajectory::DriveSample sample = system.measure(y);
     return {sample.value, sample.rotation};
   }
 
@@ -370,7 +372,7 @@ class TrajectoryCompiler {
     const PoseEquations<S> to = make_pose_equations(mechanism_, tree_, trajectory_.to);
     ConstraintSystem<S> system(tree_, to.drive);
     VectorX residual;
-    SparseMatrix jacobian;
+    numerics::SparseMatrix jacobian;
     system.evaluate(plan_.start, to.target, residual, jacobian);
     const AssemblySolution end = track_to(system, plan_.start, system.measure(plan_.start), to.target);
     if (!end.found)
@@ -388,11 +390,11 @@ class TrajectoryCompiler {
         make_prescribed_motion_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
     plan_.request.switch_times = payload_switch_times(mechanism_);
     plan_.prescribed_motion.emplace(plan_.request);
-    DriveSample first_sample;
-    plan_.prescribed_motion->at(0, Side::after, first_sample);
+    trajectory::DriveSample first_sample;
+    plan_.prescribed_motion->at(0, trajectory::Side::after, first_sample);
     ConstraintSystem<S> system(tree_, choice_.drive);
     AssemblySolution start = solve_assembly(system, plan_.start, first_sample);
-    if (!start.found && std::holds_alternative<TablePath>(trajectory_.path))
+    if (!start.found && std::holds_alternative<trajectory::TablePath>(trajectory_.path))
       start = solve_pose(mechanism_, tree_, system, first_sample);
     if (!start.found)
       return fail(
@@ -422,4 +424,4 @@ template CompiledTrajectory<Planar> compile_trajectory<Planar>(const Mechanism&,
 template CompiledTrajectory<Spatial> compile_trajectory<Spatial>(const Mechanism&, const Tree<Spatial>&,
                                                                  const Trajectory&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

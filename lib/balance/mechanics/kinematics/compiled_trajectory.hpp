@@ -10,19 +10,19 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 struct CompiledTrajectory {
   MotionOutcome outcome;  ///< done: can be followed
   Drive<S> drive;
-  DriveQuantities quantities;  ///< that the drive prescribes
-  VectorX start;               ///< y at time 0
-  VectorX end;                 ///< y at the end pose, if the drive's values had to be measured there; else empty
-  int freedoms = 0;            ///< computed by rank
+  trajectory::DriveQuantities quantities;  ///< that the drive prescribes
+  VectorX start;                           ///< y at time 0
+  VectorX end;       ///< y at the end pose, if the drive's values had to be measured there; else empty
+  int freedoms = 0;  ///< computed by rank
   bool has_redundant_closures = false;  ///< closures have more rows than rank
-  std::optional<PrescribedMotion> prescribed_motion;
-  PrescribedMotion::Request request;  ///< from which prescribed_motion was made
+  std::optional<trajectory::PrescribedMotion> prescribed_motion;
+  trajectory::PrescribedMotion::Request request;  ///< from which prescribed_motion was made
 };
 
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist (a tool that the mechanism
@@ -46,16 +46,16 @@ struct CompiledMotion {
 template <class S>
 struct PoseEquations {
   Drive<S> drive;
-  DriveSampleOf<typename S::Scalar> target;
+  trajectory::DriveSampleOf<typename S::Scalar> target;
 };
 template <class S>
 PoseEquations<S> make_pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                                     const PoseTargetOf<typename S::Scalar>& pose);
+                                     const trajectory::PoseTargetOf<typename S::Scalar>& pose);
 
 /// The equations of the driven quantities.
 template <class S>
 Drive<S> make_drive(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                    const DriveQuantities& quantities);
+                    const trajectory::DriveQuantities& quantities);
 
 /// Fills in the tool's frame and path.
 template <class S>
@@ -78,15 +78,15 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 /// The configuration that meets a pose in the assembly mode nearest to the mechanism's `assembly` values.
 template <class S>
 AssemblySolution solve_pose(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
-                            const DriveSample& target);
+                            const trajectory::DriveSample& target);
 
 #define BALANCE_DECLARE(S)                                                                                          \
   extern template CompiledTrajectory<S> compile_trajectory<S>(const Mechanism&, const Tree<S>&, const Trajectory&); \
   extern template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);               \
   extern template AssemblySolution solve_pose<S>(const Mechanism&, const Tree<S>&, ConstraintSystem<S>&,            \
-                                                 const DriveSample&);
+                                                 const trajectory::DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-}  // namespace balance
+}  // namespace balance::kinematics

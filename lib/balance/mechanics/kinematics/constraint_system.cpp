@@ -1,13 +1,14 @@
 #include "balance/mechanics/kinematics/constraint_system.hpp"
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 ConstraintSystem<S>::ConstraintSystem(const Tree<S>& tree, Drive<S> drive)
     : tree_(tree), drive_(std::move(drive)), state_(tree.nodes.size()), masses_(tree) {}
 
 template <class S>
-void ConstraintSystem<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian) {
+void ConstraintSystem<S>::evaluate(const VectorX& y, const trajectory::DriveSample& target, VectorX& residual,
+                                   MatrixX& jacobian) {
   residual.setZero(rows());
   jacobian.setZero(rows(), columns());
   compute_poses(tree_, y.data(), state_);
@@ -19,7 +20,8 @@ void ConstraintSystem<S>::evaluate(const VectorX& y, const DriveSample& target, 
 }
 
 template <class S>
-void ConstraintSystem<S>::velocity_jacobian(const VectorX& y, const DriveSample& target, MatrixX& jacobian) {
+void ConstraintSystem<S>::velocity_jacobian(const VectorX& y, const trajectory::DriveSample& target,
+                                            MatrixX& jacobian) {
   const int count = tree_.closure_rows + drive_.row_count();
   VectorX residual = VectorX::Zero(count);
   jacobian.setZero(count, columns());
@@ -33,8 +35,8 @@ void ConstraintSystem<S>::velocity_jacobian(const VectorX& y, const DriveSample&
 }
 
 template <class S>
-void ConstraintSystem<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& residual,
-                                   SparseMatrix& jacobian) {
+void ConstraintSystem<S>::evaluate(const VectorX& y, const trajectory::DriveSample& target, VectorX& residual,
+                                   numerics::SparseMatrix& jacobian) {
   residual.setZero(rows());
   compute_poses(tree_, y.data(), state_);
   entries_.clear();
@@ -86,8 +88,8 @@ void ConstraintSystem<S>::add_velocity_closures(const Add& add) const {
 
 template <class S>
 template <class Add>
-void ConstraintSystem<S>::add_drive(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual,
-                                    const Add& add) {
+void ConstraintSystem<S>::add_drive(const VectorX& y, const trajectory::DriveSample& target, int first_row,
+                                    VectorX& residual, const Add& add) {
   const double scale = 1 / tree_.characteristic_length;
   int r = first_row, k = 0;
   if (!drive_.point.empty()) {
@@ -139,16 +141,16 @@ void ConstraintSystem<S>::add_drive(const VectorX& y, const DriveSample& target,
 template <class S>
 bool ConstraintSystem<S>::is_aligned() const {
   for (const Closure<S>& closure : tree_.closures)
-    if (!balance::is_aligned(closure_pose(state_, closure), closure)) return false;
+    if (!kinematics::is_aligned(closure_pose(state_, closure), closure)) return false;
   return true;
 }
 
 template <class S>
-DriveSample ConstraintSystem<S>::measure(const VectorX& y) const {
-  return balance::measure_drive(tree_, drive_, state_, y.data());
+trajectory::DriveSample ConstraintSystem<S>::measure(const VectorX& y) const {
+  return kinematics::measure_drive(tree_, drive_, state_, y.data());
 }
 
 template class ConstraintSystem<Planar>;
 template class ConstraintSystem<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -7,7 +7,7 @@
 #include "balance/mechanics/kinematics/drive.hpp"
 #include "balance/mechanics/trajectory/drive_sample.hpp"
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 class ConstraintSystem {
@@ -26,18 +26,19 @@ class ConstraintSystem {
 
   /// Residual and Jacobian at y. Lengths are divided by the characteristic length and columns that are lengths are
   /// multiplied by it, so that all entries are comparable numbers.
-  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
-  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian);
+  void evaluate(const VectorX& y, const trajectory::DriveSample& target, VectorX& residual, MatrixX& jacobian);
+  void evaluate(const VectorX& y, const trajectory::DriveSample& target, VectorX& residual,
+                numerics::SparseMatrix& jacobian);
 
   /// The same Jacobian with the rows of velocity-level closures between those of the other closures and of the
   /// prescribed quantities. The admissible rates are those that it maps to zero, or to the prescribed rates.
-  void velocity_jacobian(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
+  void velocity_jacobian(const VectorX& y, const trajectory::DriveSample& target, MatrixX& jacobian);
 
   /// Whether no joint is flipped at the configuration last evaluated.
   bool is_aligned() const;
 
   /// Present values of the driven quantities at the configuration last evaluated.
-  DriveSample measure(const VectorX& y) const;
+  trajectory::DriveSample measure(const VectorX& y) const;
 
  private:
   // add(row, column, value) accumulates: several values may belong to one entry
@@ -46,7 +47,8 @@ class ConstraintSystem {
   template <class Add>
   void add_velocity_closures(const Add& add) const;
   template <class Add>
-  void add_drive(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual, const Add& add);
+  void add_drive(const VectorX& y, const trajectory::DriveSample& target, int first_row, VectorX& residual,
+                 const Add& add);
 
   const Tree<S>& tree_;
   Drive<S> drive_;
@@ -58,4 +60,4 @@ class ConstraintSystem {
 extern template class ConstraintSystem<Planar>;
 extern template class ConstraintSystem<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

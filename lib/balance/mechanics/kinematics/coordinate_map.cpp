@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -27,7 +27,7 @@ Matrix3 spherical_axes(const Tree<S>& tree, const double* y, NodeId spherical) {
 }
 
 /// The two remaining rotations of a locked spherical joint, from the joint's three: the line keeps its orientation.
-void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& freedom,
+void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree, const model::PassiveFreedom& freedom,
                           const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
   for (const int j : freedom.joints) {
     if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[freedom.body].node) continue;
@@ -77,7 +77,7 @@ void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const 
   set_columns(false);
   set_columns(true);  // leaders take precedence where several coordinates share a column
   if constexpr (std::is_same_v<S, Spatial>)
-    for (const PassiveFreedom& freedom : tree.locked_freedoms)
+    for (const model::PassiveFreedom& freedom : tree.locked_freedoms)
       set_locked_spherical(mechanism, tree, freedom, q, dq, y, dy);
   for (int c = 0; c < tree.columns; ++c) {
     if (!std::isfinite(y[c])) y[c] = 0;
@@ -173,4 +173,4 @@ std::vector<double> compute_coordinates(const Mechanism& mechanism, const Tree<S
 template std::vector<double> compute_coordinates<Planar>(const Mechanism&, const Tree<Planar>&, const VectorX&);
 template std::vector<double> compute_coordinates<Spatial>(const Mechanism&, const Tree<Spatial>&, const VectorX&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

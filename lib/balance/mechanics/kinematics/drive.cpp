@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 LinearQuantityOf<typename S::Scalar> find_coordinate_expression(const MechanismOf<typename S::Scalar>& mechanism,
@@ -42,7 +42,7 @@ void set_tool_frame(const MechanismOf<typename S::Scalar>& mechanism, const Tree
 
 template <class S>
 Drive<S> make_drive(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                    const DriveQuantities& quantities) {
+                    const trajectory::DriveQuantities& quantities) {
   Drive<S> drive;
   set_tool_frame(mechanism, tree, drive);
   drive.point = quantities.point;
@@ -57,7 +57,7 @@ Drive<S> make_drive(const MechanismOf<typename S::Scalar>& mechanism, const Tree
 
 template <class S>
 PoseEquations<S> make_pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                                     const PoseTargetOf<typename S::Scalar>& pose) {
+                                     const trajectory::PoseTargetOf<typename S::Scalar>& pose) {
   using T = typename S::Scalar;
   PoseEquations<S> equations;
   Drive<S>& drive = equations.drive;
@@ -73,7 +73,7 @@ PoseEquations<S> make_pose_equations(const MechanismOf<typename S::Scalar>& mech
     drive.rotation = {0, 1, 2};
     equations.target.rotation = *pose.orientation;
   }
-  for (const CoordinateValueOf<T>& joint : pose.joints) {
+  for (const model::CoordinateValueOf<T>& joint : pose.joints) {
     drive.linear.push_back(find_coordinate_expression(mechanism, tree, joint.coordinate));
     values.push_back(joint.value);
   }
@@ -95,13 +95,15 @@ template void set_tool_frame<SpatialOf<EngineScalar>>(const MechanismOf<EngineSc
                                                       Drive<SpatialOf<EngineScalar>>&);
 template Drive<PlanarOf<EngineScalar>> make_drive<PlanarOf<EngineScalar>>(const MechanismOf<EngineScalar>&,
                                                                           const Tree<PlanarOf<EngineScalar>>&,
-                                                                          const DriveQuantities&);
+                                                                          const trajectory::DriveQuantities&);
 template Drive<SpatialOf<EngineScalar>> make_drive<SpatialOf<EngineScalar>>(const MechanismOf<EngineScalar>&,
                                                                             const Tree<SpatialOf<EngineScalar>>&,
-                                                                            const DriveQuantities&);
+                                                                            const trajectory::DriveQuantities&);
 template PoseEquations<PlanarOf<EngineScalar>> make_pose_equations<PlanarOf<EngineScalar>>(
-    const MechanismOf<EngineScalar>&, const Tree<PlanarOf<EngineScalar>>&, const PoseTargetOf<EngineScalar>&);
+    const MechanismOf<EngineScalar>&, const Tree<PlanarOf<EngineScalar>>&,
+    const trajectory::PoseTargetOf<EngineScalar>&);
 template PoseEquations<SpatialOf<EngineScalar>> make_pose_equations<SpatialOf<EngineScalar>>(
-    const MechanismOf<EngineScalar>&, const Tree<SpatialOf<EngineScalar>>&, const PoseTargetOf<EngineScalar>&);
+    const MechanismOf<EngineScalar>&, const Tree<SpatialOf<EngineScalar>>&,
+    const trajectory::PoseTargetOf<EngineScalar>&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// The quantities with prescribed values. Order of the rows: point, com, linear (one value each), rotation.
 template <class S>
@@ -95,9 +95,10 @@ Matrix3Of<N> compute_rotation_jacobian_rate(const Matrix3Of<N>& T, const Vector3
 
 /// Present values of the driven quantities, with zero rates. State: poses at y.
 template <class S>
-DriveSampleOf<typename S::Scalar> measure_drive(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
-                                                const TreeState<S>& state, const typename S::Scalar* y) {
-  DriveSampleOf<typename S::Scalar> sample;
+trajectory::DriveSampleOf<typename S::Scalar> measure_drive(const Tree<Constants<S>>& tree,
+                                                            const Drive<Constants<S>>& drive, const TreeState<S>& state,
+                                                            const typename S::Scalar* y) {
+  trajectory::DriveSampleOf<typename S::Scalar> sample;
   sample.value.resize(drive.value_count());
   int k = 0;
   for (const int component : drive.point) sample.value[k++] = position(state, drive.tool)[component];
@@ -138,4 +139,4 @@ typename S::Vector com_velocity(const Tree<Constants<S>>& tree, const TreeState<
   return momentum / tree.mass;
 }
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// Motion of a node N. Quantities without W in their name are in N's own axes.
 template <class S>
@@ -204,4 +204,4 @@ inline typename S::Vector inertia_force(const typename Constants<S>::Inertia& in
   return inertia.mass * state.acceleration + times(state.acceleration_operator, inertia.first_moment);
 }
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const TreeState<S>& state,
-                                                   const JointOf<typename S::Scalar>& joint) {
+                                                   const model::JointOf<typename S::Scalar>& joint) {
   using Vector = Vector3Of<typename S::Scalar>;
   using Matrix = Matrix3Of<typename S::Scalar>;
   const FixedFrame<S>&first = tree.bodies[joint.first], &second = tree.bodies[joint.second];
@@ -59,7 +59,7 @@ void read_slide(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, J
 }
 
 template <class T>
-void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
+void read_universal(const model::JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
   const Vector3Of<T> second_axis = motion.rotation * v;  // the second rotation is about it
   joint_motion.position[0] = atan2(w.dot(second_axis), v.dot(second_axis));
@@ -90,7 +90,7 @@ void read_spherical(int first, const RelativeMotion<T>& motion, JointMotion<T>& 
 
 /// Decomposes a disc's rotation into heading, lean and rolling angle. The position is that of the contact point.
 template <class T>
-void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
+void read_disc(const model::JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
   Matrix3Of<T> axes;
   axes << v, w, u;
@@ -121,7 +121,7 @@ void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMo
 }  // namespace
 
 template <class T>
-JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotion<T>& motion) {
+JointMotion<T> compute_joint_motion(const model::JointOf<T>& joint, const RelativeMotion<T>& motion) {
   JointMotion<T> joint_motion;
   const Vector3Of<T>& u = joint.axis;
   switch (joint.type) {
@@ -153,12 +153,13 @@ JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotio
   return joint_motion;
 }
 
-template JointMotion<EngineScalar> compute_joint_motion<EngineScalar>(const JointOf<EngineScalar>&,
+template JointMotion<EngineScalar> compute_joint_motion<EngineScalar>(const model::JointOf<EngineScalar>&,
                                                                       const RelativeMotion<EngineScalar>&);
 template RelativeMotion<EngineScalar> relative_motion<PlanarOf<EngineScalar>>(const Tree<PlanarOf<EngineScalar>>&,
                                                                               const TreeState<PlanarOf<EngineScalar>>&,
-                                                                              const JointOf<EngineScalar>&);
+                                                                              const model::JointOf<EngineScalar>&);
 template RelativeMotion<EngineScalar> relative_motion<SpatialOf<EngineScalar>>(
-    const Tree<SpatialOf<EngineScalar>>&, const TreeState<SpatialOf<EngineScalar>>&, const JointOf<EngineScalar>&);
+    const Tree<SpatialOf<EngineScalar>>&, const TreeState<SpatialOf<EngineScalar>>&,
+    const model::JointOf<EngineScalar>&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// Up to five coordinates of one joint with their derivatives.
 template <class T>
@@ -29,11 +29,11 @@ struct RelativeMotion {
 /// @param state poses; for the rates also velocities and accelerations
 template <class S>
 RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const TreeState<S>& state,
-                                                   const JointOf<typename S::Scalar>& joint);
+                                                   const model::JointOf<typename S::Scalar>& joint);
 
 /// Angles in (−π, π]. Rates of a spherical joint are infinite at a second angle of ±π/2.
 template <class T>
-JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotion<T>& motion);
+JointMotion<T> compute_joint_motion(const model::JointOf<T>& joint, const RelativeMotion<T>& motion);
 
 /// The value that differs from `angle` by full turns and is nearest to `reference`.
 template <class T>
@@ -98,4 +98,4 @@ BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 KinematicEquations<S>::KinematicEquations(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
@@ -60,14 +60,14 @@ void KinematicEquations<S>::build_pattern() {
   }
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark_columns(row++, drive_.tool_path);
 
-  SparsityPattern pattern;
+  numerics::SparsityPattern pattern;
   for (const std::set<int>& row_columns : columns_per_row) pattern.emplace_back(row_columns.begin(), row_columns.end());
   if (redundant_)
     overdetermined_.resize(rows(), columns());
   else
     structurally_singular_ = rows() != columns() || !square_.analyse(pattern);
   if (structurally_singular_) return;
-  pattern_id_ = 2 * hash_pattern(pattern) + (redundant_ ? 1 : 0);
+  pattern_id_ = 2 * numerics::hash_pattern(pattern) + (redundant_ ? 1 : 0);
 
   row = 0;
   for (std::size_t c = 0; c < paths.size(); ++c) {
@@ -92,7 +92,7 @@ void KinematicEquations<S>::build_pattern() {
 }
 
 template <class S>
-void KinematicEquations<S>::evaluate(const TreeState<S>& state, const T* y, const DriveSampleOf<T>& target,
+void KinematicEquations<S>::evaluate(const TreeState<S>& state, const T* y, const trajectory::DriveSampleOf<T>& target,
                                      T* residual) {
   ++evaluations_;
   fill_closures(state, residual);
@@ -162,7 +162,8 @@ void KinematicEquations<S>::evaluate_speed_sum(const Closure<Constants<S>>& clos
 }
 
 template <class S>
-void KinematicEquations<S>::fill_point(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual) {
+void KinematicEquations<S>::fill_point(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target,
+                                       T* residual) {
   const double inverse_length = 1 / tree_.characteristic_length;
   T* values = storage();
   const typename S::Vector Q = position(state, drive_.tool);
@@ -179,7 +180,8 @@ void KinematicEquations<S>::fill_point(const TreeState<S>& state, const DriveSam
 }
 
 template <class S>
-void KinematicEquations<S>::fill_com(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual) {
+void KinematicEquations<S>::fill_com(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target,
+                                     T* residual) {
   masses_.update(tree_, state);
   const typename S::Vector G = masses_.com();
   const std::size_t first = drive_.point.size();
@@ -194,7 +196,8 @@ void KinematicEquations<S>::fill_com(const TreeState<S>& state, const DriveSampl
 }
 
 template <class S>
-void KinematicEquations<S>::fill_rotation(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual) {
+void KinematicEquations<S>::fill_rotation(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target,
+                                          T* residual) {
   const RotationResidual<T> rotation_residual(target.rotation, to_matrix(orientation(state, drive_.tool)));
   rotation_jacobian_ = rotation_residual.jacobian;
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) {
@@ -259,7 +262,7 @@ void KinematicEquations<S>::solve_transposed(T* x) {
 }
 
 template <class S>
-void KinematicEquations<S>::velocity_rhs(const DriveSampleOf<T>& target, T* out) const {
+void KinematicEquations<S>::velocity_rhs(const trajectory::DriveSampleOf<T>& target, T* out) const {
   int row = 0;
   for (; row < tree_.closure_rows; ++row) out[row] = 0;
   for (int k = 0; k < drive_.value_count(); ++k, ++row) out[row] = row_scale_[row] * target.rate[k];
@@ -268,7 +271,8 @@ void KinematicEquations<S>::velocity_rhs(const DriveSampleOf<T>& target, T* out)
 }
 
 template <class S>
-void KinematicEquations<S>::acceleration_rhs(const TreeState<S>& state, const DriveSampleOf<T>& target, T* out) const {
+void KinematicEquations<S>::acceleration_rhs(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target,
+                                             T* out) const {
   int row = 0;
   for (const Closure<Constants<S>>& closure : tree_.closures) {
     closure_bias(state, closure, closure_pose(state, closure), out + row);
@@ -302,4 +306,4 @@ void KinematicEquations<S>::acceleration_rhs(const TreeState<S>& state, const Dr
 template class KinematicEquations<PlanarOf<EngineScalar>>;
 template class KinematicEquations<SpatialOf<EngineScalar>>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

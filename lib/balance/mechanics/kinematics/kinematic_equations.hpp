@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 class KinematicEquations {
@@ -31,10 +31,10 @@ class KinematicEquations {
   bool structurally_singular() const { return structurally_singular_; }
 
   /// Writes the matrix and the residual at the poses in `state`.
-  void evaluate(const TreeState<S>& state, const T* y, const DriveSampleOf<T>& target, T* residual);
+  void evaluate(const TreeState<S>& state, const T* y, const trajectory::DriveSampleOf<T>& target, T* residual);
   /// @param min_pivot smallest pivot that counts as regular
   /// @return false if the matrix is singular
-  bool factorise(double min_pivot = singular_pivot_threshold);
+  bool factorise(double min_pivot = numerics::singular_pivot_threshold);
   /// Smallest pivot of the matrix last factorised, a measure of regularity.
   double regularity() const { return regularity_; }
   /// Solves for `columns()` unknowns in place of `rows()` right-hand sides; the result is unscaled. Array length:
@@ -60,8 +60,8 @@ class KinematicEquations {
 
   /// Right-hand sides for rates and accelerations. State: for the latter, velocities and velocity-product
   /// accelerations.
-  void velocity_rhs(const DriveSampleOf<T>& target, T* out) const;
-  void acceleration_rhs(const TreeState<S>& state, const DriveSampleOf<T>& target, T* out) const;
+  void velocity_rhs(const trajectory::DriveSampleOf<T>& target, T* out) const;
+  void acceleration_rhs(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target, T* out) const;
 
   /// Entry of the scaled matrix last evaluated.
   T entry(int row, int column) const { return redundant_ ? overdetermined_.at(row, column) : square_.at(row, column); }
@@ -77,8 +77,8 @@ class KinematicEquations {
   /// The whole scaled matrix.
   MatrixX dense() const;
   /// The square system itself; not for redundant constraints.
-  SquareSystem<T>& system() { return square_; }
-  const SquareSystem<T>& system() const { return square_; }
+  numerics::SquareSystem<T>& system() { return square_; }
+  const numerics::SquareSystem<T>& system() const { return square_; }
 
  private:
   struct MatrixEntry {
@@ -89,9 +89,9 @@ class KinematicEquations {
   void build_pattern();
   void fill_closures(const TreeState<S>& state, T* residual);
   void evaluate_speed_sum(const Closure<Constants<S>>& closure, const TreeState<S>& state, const MatrixEntry* entry);
-  void fill_point(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
-  void fill_com(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
-  void fill_rotation(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void fill_point(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target, T* residual);
+  void fill_com(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target, T* residual);
+  void fill_rotation(const TreeState<S>& state, const trajectory::DriveSampleOf<T>& target, T* residual);
   T* storage() { return redundant_ ? overdetermined_.storage() : square_.storage(); }
   void write_entry(const MatrixEntry& entry, const T& value) {
     T& entry_value = storage()[entry.index];
@@ -114,9 +114,9 @@ class KinematicEquations {
   std::vector<NodeId> moving_nodes_;  ///< nodes that are not welds
   MassDistribution<S> masses_;
   Matrix3Of<T> rotation_jacobian_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation at the last evaluation
-  SquareSystem<T> square_;
-  MinSingularValue min_singular_value_;
-  OverdeterminedSystem<T> overdetermined_;
+  numerics::SquareSystem<T> square_;
+  numerics::MinSingularValue min_singular_value_;
+  numerics::OverdeterminedSystem<T> overdetermined_;
   long evaluations_ = 0, factorised_evaluation_ = -1;  ///< the latter: evaluation_count() of the matrix last factorised
 };
 
@@ -148,4 +148,4 @@ class RegularityMonitor {
   virtual VectorX singular_values_without(std::size_t quantity, const KinematicEquations<S>& equations) const = 0;
 };
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -17,7 +17,7 @@ struct SmallestSingularVectors {
 };
 
 [[maybe_unused]] SmallestSingularVectors find_singular_vectors_by_svd(const MatrixX& matrix) {
-  const SingularValueDecomposition svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::Index last = svd.singularValues().size() - 1;
   return {svd.matrixU().col(last), svd.matrixV().col(last)};
 }
@@ -25,7 +25,7 @@ struct SmallestSingularVectors {
 /// Inverse iteration on existing factors. @return std::nullopt if it does not converge because two singular values are
 /// close
 [[maybe_unused]] std::optional<SmallestSingularVectors> find_singular_vectors_by_inverse_iteration(
-    BlockTriangular& factors) {
+    numerics::BlockTriangular& factors) {
   constexpr int max_inverse_iterations = 24;
   constexpr double vector_change_tolerance = 1e-13;
   const int n = factors.size();
@@ -60,7 +60,7 @@ typename S::Scalar KinematicEquations<S>::min_singular_value() {
     return sigma;
   } else {
     const int n = columns();
-    if (!redundant_ && n > max_dense_columns && factorise())
+    if (!redundant_ && n > numerics::max_dense_columns && factorise())
       if (const std::optional<double> value = min_singular_value_by_lanczos(square_)) return *value;
     double* normal = min_singular_value_.normal_matrix(n);
     if (redundant_) {
@@ -84,12 +84,12 @@ MatrixX KinematicEquations<S>::dense() const {
 
 template <class S>
 double KinematicEquations<S>::distance_to_singularity() const {
-  if (!redundant_ && columns() > max_dense_columns) {
-    SquareSystem<T> factors = square_;
+  if (!redundant_ && columns() > numerics::max_dense_columns) {
+    numerics::SquareSystem<T> factors = square_;
     if (factors.factorise() > 0)
       if (const std::optional<double> value = min_singular_value_by_lanczos(values_of(factors))) return *value;
   }
-  return smallest_singular_value(dense());
+  return numerics::smallest_singular_value(dense());
 }
 
 template EngineScalar KinematicEquations<PlanarOf<EngineScalar>>::min_singular_value();
@@ -99,4 +99,4 @@ template MatrixX KinematicEquations<SpatialOf<EngineScalar>>::dense() const;
 template double KinematicEquations<PlanarOf<EngineScalar>>::distance_to_singularity() const;
 template double KinematicEquations<SpatialOf<EngineScalar>>::distance_to_singularity() const;
 
-}  // namespace balance
+}  // namespace balance::kinematics

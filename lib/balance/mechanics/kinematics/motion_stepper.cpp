@@ -13,7 +13,7 @@
 #include <numbers>
 #include <set>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -64,7 +64,7 @@ bool MotionStepper<S>::begin() {
   current_.y = plan_.start;
   current_.time = 0;
   history_count_ = 0;
-  plan_.prescribed_motion->at(0, Side::after, sample_);
+  plan_.prescribed_motion->at(0, trajectory::Side::after, sample_);
   if (is_explicit_ && !equations_.structurally_singular()) {
     set_explicit(0);
     return true;
@@ -160,7 +160,7 @@ void MotionStepper<S>::predict(double time) {
 
 template <class S>
 typename MotionStepper<S>::StepResult MotionStepper<S>::step(double time) {
-  plan_.prescribed_motion->at(time, Side::after, sample_);
+  plan_.prescribed_motion->at(time, trajectory::Side::after, sample_);
   if (is_explicit_) {
     set_explicit(time);
     return StepResult::done;
@@ -204,12 +204,13 @@ typename MotionStepper<S>::StepResult MotionStepper<S>::check_step(const Coordin
   distance_ = step_distance(next);
   const double curvature =
       distance_ * distance_;  // bounds h²/8 of the second derivatives, for three rotations in a chain
-  if (!(curvature <= max_matrix_curvature * equations_.regularity()) || !equations_.is_near_stored(max_matrix_change))
+  if (!(curvature <= numerics::max_matrix_curvature * equations_.regularity()) ||
+      !equations_.is_near_stored(numerics::max_matrix_change))
     return StepResult::singular;
   if (regularity_monitor_ != nullptr) {
     actuation_pivot_ = regularity_monitor_->factorise(equations_);
-    if (!(actuation_pivot_ >= pivot_threshold_ && curvature <= max_matrix_curvature * actuation_pivot_ &&
-          regularity_monitor_->is_near_stored(max_matrix_change)))
+    if (!(actuation_pivot_ >= pivot_threshold_ && curvature <= numerics::max_matrix_curvature * actuation_pivot_ &&
+          regularity_monitor_->is_near_stored(numerics::max_matrix_change)))
       return StepResult::actuation_singular;
     actuation_extrapolation_.add_sample(actuation_pivot_, next.time);
   }
@@ -264,14 +265,14 @@ void MotionStepper<S>::differentiate(CoordinateSample& sample) {
 }
 
 template <class S>
-void MotionStepper<S>::update_accelerations(Side side) {
+void MotionStepper<S>::update_accelerations(trajectory::Side side) {
   plan_.prescribed_motion->at(current_.time, side, sample_);
   if (is_explicit_) return set_explicit(current_.time);
   compute_accelerations<S>(tree_, current_.dy.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rhs(state_, sample_, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.data(), tree_.columns, current_.ddy.data());
-  if (side == Side::after) history_count_ = 0;  // the history does not continue smoothly
+  if (side == trajectory::Side::after) history_count_ = 0;  // the history does not continue smoothly
 }
 
 template <class S>
@@ -326,7 +327,7 @@ void MotionStepper<S>::adopt_step(const CoordinateSample& next, const StepReport
 
 template <class S>
 void MotionStepper<S>::synchronise(bool resume) {
-  plan_.prescribed_motion->at(current_.time, Side::after, sample_);
+  plan_.prescribed_motion->at(current_.time, trajectory::Side::after, sample_);
   if (is_explicit_) return;
   compute_poses(tree_, current_.y.data(), state_);
   equations_.evaluate(state_, current_.y.data(), sample_, x_.data());
@@ -356,8 +357,8 @@ constexpr double integration_tolerance = 1e-13;  // per step, in radians or char
 template <class S>
 bool MotionStepper<S>::rates_at(double time, const VectorX& y, VectorX& dy) {
   if (--evaluations_left_ < 0) return false;
-  DriveSample sample;
-  plan_.prescribed_motion->at(time, Side::after, sample);
+  trajectory::DriveSample sample;
+  plan_.prescribed_motion->at(time, trajectory::Side::after, sample);
   compute_poses(tree_, y.data(), state_);
   equations_.evaluate(state_, y.data(), sample, x_.data());
   if (!y.allFinite() || !equations_.factorise(pivot_threshold_)) return false;
@@ -373,8 +374,8 @@ bool MotionStepper<S>::integrate(double time) {
   const VectorX scale = Eigen::Map<const VectorX>(equations_.column_scale().data(), tree_.columns);
   predicted_ = current_.y;
   const auto rates = [this](double at, const VectorX& y, VectorX& dy) { return rates_at(at, y, dy); };
-  return step_by_extrapolation(rates, current_.time, time - current_.time, current_.dy, scale, integration_tolerance,
-                               predicted_);
+  return numerics::step_by_extrapolation(rates, current_.time, time - current_.time, current_.dy, scale,
+                                         integration_tolerance, predicted_);
 }
 
 #define BALANCE_INSTANTIATE(S)                                                \
@@ -425,35 +426,36 @@ void MotionStepper<S>::locate_singularity(StepResult attempt, double min_step) {
 template <class S>
 void MotionStepper<S>::explain_stop(StepResult attempt, double min_step) {
   if (min_step > 0) locate_singularity(attempt, min_step);
-  const PivotExtrapolation& extrapolation =
+  const numerics::PivotExtrapolation& extrapolation =
       attempt == StepResult::actuation_singular ? actuation_extrapolation_ : motion_extrapolation_;
   const double time = std::min(extrapolation.extrapolate_zero(current_.time), plan_.prescribed_motion->duration());
   compute_poses(tree_, current_.y.data(), state_);
   std::string links = describe_collinear_links(mechanism_, tree_, state_);
   if (has_velocity_closures_ && links.empty())
-    links = describe_flat_disc(mechanism_, compute_coordinates(mechanism_, tree_, current_.y));
+    links = trajectory::describe_flat_disc(mechanism_, compute_coordinates(mechanism_, tree_, current_.y));
   const std::string configuration =
       format_configuration(mechanism_, tree_, current_.y.data()) + (links.empty() ? "" : ", where " + links);
   const auto [status, cause] = diagnose(attempt);
   if (status == MotionStatus::actuation_singularity) {
-    outcome_ = make_actuation_singularity_outcome(time, configuration);
+    outcome_ = trajectory::make_actuation_singularity_outcome(time, configuration);
     return;
   }
   outcome_.time = time;
   outcome_.status = status;
-  outcome_.reason = format_time_prefix(time) + cause + "; configuration: " + configuration;
+  outcome_.reason = trajectory::format_time_prefix(time) + cause + "; configuration: " + configuration;
 }
 
 template <class S>
 std::pair<MotionStatus, const char*> MotionStepper<S>::diagnose(StepResult attempt) {
   ConstraintSystem<S> system(tree_, plan_.drive);
   MatrixX jacobian;
-  plan_.prescribed_motion->at(std::min(current_.time, plan_.prescribed_motion->duration()), Side::after, sample_);
+  plan_.prescribed_motion->at(std::min(current_.time, plan_.prescribed_motion->duration()), trajectory::Side::after,
+                              sample_);
   system.velocity_jacobian(current_.y, sample_, jacobian);
   const int rank = tree_.columns - plan_.freedoms;
   const auto relative_singular_value = [](const MatrixX& matrix, int k) {
     if (k == 0 || matrix.size() == 0) return 1.0;
-    const VectorX values = singular_values(matrix);
+    const VectorX values = numerics::singular_values(matrix);
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
   const double closure_value = relative_singular_value(jacobian.topRows(tree_.closure_rows), rank);
@@ -487,4 +489,4 @@ BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE
 
-}  // namespace balance
+}  // namespace balance::kinematics

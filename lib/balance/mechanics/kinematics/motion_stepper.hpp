@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// Report of an accepted step: smallest pivots of the equations' and of the monitored matrix at its end, distance
 /// covered [rad, characteristic lengths], number of corrections.
@@ -45,7 +45,7 @@ class MotionStepper {
   /// Advances to a later time in as many steps as needed to stay in the same assembly mode.
   bool advance(double time);
   /// Updates the accelerations to one side of the present time (advance() leaves those of the side `after`).
-  void update_accelerations(Side side);
+  void update_accelerations(trajectory::Side side);
 
   /// Adopts a step computed elsewhere (mechanics/lanes/lane_kernels.hpp) that this stepper would have accepted. Until
   /// synchronise(), only the coordinates and the monitored distances are up to date.
@@ -115,11 +115,11 @@ class MotionStepper {
   double budget_reset_time_ = 0;  ///< when evaluations_left_ is replenished [s]
   double residual_tolerance_;
   TreeState<S> state_;
-  DriveSample sample_;
+  trajectory::DriveSample sample_;
   RegularityMonitor<S>* regularity_monitor_ = nullptr;
   std::vector<ColumnId> matrix_columns_;
-  double pivot_threshold_ = singular_pivot_threshold;  ///< smallest pivot that counts as regular
-  PivotExtrapolation motion_extrapolation_,
+  double pivot_threshold_ = numerics::singular_pivot_threshold;  ///< smallest pivot that counts as regular
+  numerics::PivotExtrapolation motion_extrapolation_,
       actuation_extrapolation_;  ///< of the matrix that determines the motion; of the monitored one
   SingularityMonitor<S> singularity_monitor_;
   double distance_ = 0;         ///< distance of the step last checked [rad, characteristic lengths]
@@ -137,4 +137,4 @@ class MotionStepper {
 extern template class MotionStepper<Planar>;
 extern template class MotionStepper<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::kinematics {
 
 namespace {
 
@@ -47,7 +47,7 @@ MatrixX find_free_twists(const Tree<S>& tree, const Closure<S>& closure, const T
     put_angular(row, typename S::Angular(wrench.moment + cross(arm, wrench.force)));
     wrenches.row(r) = row;
   }
-  const SingularValueDecomposition svd(wrenches, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(wrenches, Eigen::ComputeFullV);
   return svd.matrixV().rightCols(wrenches.cols() - rows);
 }
 
@@ -60,14 +60,14 @@ LoopRankMonitor<S>::LoopRankMonitor(const Mechanism& mechanism, const Tree<S>& t
 template <class S>
 std::string LoopRankMonitor<S>::joint_names(std::size_t loop) const {
   std::string names;
-  for (const LoopStep& step : loops_[loop])
+  for (const model::LoopStep& step : loops_[loop])
     names += (names.empty() ? "" : ", ") + mechanism_.joints[static_cast<std::size_t>(step.joint)].name;
   return names;
 }
 
 /// Adds a tree joint's twists to the columns of its coordinates, or appends columns for a cut joint.
 template <class S>
-void LoopRankMonitor<S>::add_joint_twists(const LoopStep& step, const TreeState<S>& poses,
+void LoopRankMonitor<S>::add_joint_twists(const model::LoopStep& step, const TreeState<S>& poses,
                                           const typename S::Vector& about, MatrixX& twists) const {
   const auto joint = static_cast<std::size_t>(step.joint);
   const int last = tree_.joint_nodes[joint];
@@ -97,8 +97,8 @@ VectorX LoopRankMonitor<S>::singular_values(std::size_t loop, const TreeState<S>
       poses[frame.node].p_WN +
       poses[frame.node].R_WN * typename S::Vector(frame.p_N + frame.R_N * to_vector<S>(start.point_first));
   MatrixX twists = MatrixX::Zero(S::dimension + S::angular_dimension, tree_.columns);
-  for (const LoopStep& step : loops_[loop]) add_joint_twists(step, poses, about, twists);
-  return balance::singular_values(twists);
+  for (const model::LoopStep& step : loops_[loop]) add_joint_twists(step, poses, about, twists);
+  return numerics::singular_values(twists);
 }
 
 template class LoopRankMonitor<Planar>;
@@ -108,7 +108,7 @@ namespace {
 
 /// Pivots below this are tracked: both ends of a step may be about three times as far from a singularity as the nearest
 /// point in between.
-constexpr double monitor_threshold = 4 * near_singular_pivot_threshold;
+constexpr double monitor_threshold = 4 * numerics::near_singular_pivot_threshold;
 
 /// Distance between examinations of the redundant matrices [rad]; two of their singular configurations are never closer
 /// than twice this.
@@ -198,7 +198,7 @@ template <class S>
 template <class Mobility>
 void SingularityMonitor<S>::sample_distance(NearSingularity& approach, const KinematicEquations<S>& equations,
                                             double pivot, const Mobility& mobility) {
-  LocalMinimumTracker::TimedValue current{steps_[2]->time, INFINITY};
+  numerics::LocalMinimumTracker::TimedValue current{steps_[2]->time, INFINITY};
   if (pivot < monitor_threshold) {
     current.value = mobility(equations);
     if (current.value < approach.mobility) approach.pivot_per_mobility = pivot / current.value;
@@ -207,8 +207,9 @@ void SingularityMonitor<S>::sample_distance(NearSingularity& approach, const Kin
   const auto value_at = [&](double time) {
     return interpolate(steps_, time) ? mobility(interpolator_.equations()) : INFINITY;
   };
-  approach.minimum_tracker.add_sample(
-      current, value_at, [&](const LocalMinimumTracker::TimedValue& minimum) { approach.update_minimum(minimum); });
+  approach.minimum_tracker.add_sample(current, value_at, [&](const numerics::LocalMinimumTracker::TimedValue& minimum) {
+    approach.update_minimum(minimum);
+  });
 }
 
 template <class S>
@@ -256,7 +257,7 @@ void SingularityMonitor<S>::sample_redundant_matrix(RedundantMatrix& matrix, dou
     return interpolate(coarse_history_, at_time) ? decisive_singular_value(matrix, singular_values(matrix)) : INFINITY;
   };
   matrix.minimum_tracker.add_sample({time, decisive_singular_value(matrix, sigma)}, value_at,
-                                    [&](const LocalMinimumTracker::TimedValue& minimum) {
+                                    [&](const numerics::LocalMinimumTracker::TimedValue& minimum) {
                                       if (minimum.value < zero_singular_value_tolerance)
                                         matrix.rank_loss_times.push_back(minimum.time);
                                     });
@@ -273,9 +274,10 @@ template <class S>
 std::vector<std::string> SingularityMonitor<S>::notes() {
   std::vector<std::string> notes;
   if (motion_.is_near())
-    notes.push_back(describe_near_singularity(SingularityKind::motion, motion_.mobility, motion_.time));
+    notes.push_back(describe_near_singularity(trajectory::SingularityKind::motion, motion_.mobility, motion_.time));
   if (actuation_.is_near())
-    notes.push_back(describe_near_singularity(SingularityKind::actuation, actuation_.mobility, actuation_.time));
+    notes.push_back(
+        describe_near_singularity(trajectory::SingularityKind::actuation, actuation_.mobility, actuation_.time));
   if (redundant_matrices_.empty()) return notes;
   const double end = steps_[2]->time;
   if (has_pending_step_) sample_redundant_matrices();
@@ -285,8 +287,8 @@ std::vector<std::string> SingularityMonitor<S>::notes() {
         decisive_singular_value(matrix, singular_values(matrix)) < zero_singular_value_tolerance)
       times.push_back(end);
     if (times.empty()) continue;
-    notes.push_back(matrix.is_actuation ? describe_redundant_actuator(describe(matrix), times)
-                                        : describe_change_point(describe(matrix), times));
+    notes.push_back(matrix.is_actuation ? trajectory::describe_redundant_actuator(describe(matrix), times)
+                                        : trajectory::describe_change_point(describe(matrix), times));
   }
   return notes;
 }
@@ -319,7 +321,7 @@ StateInterpolator<S>::StateInterpolator(const Tree<S>& tree, const CompiledTraje
 template <class S>
 bool StateInterpolator<S>::interpolate(const CoordinateSample& a, const CoordinateSample& b, double time) {
   interpolate_hermite(a, b, time, y_);
-  plan_.prescribed_motion->at(time, Side::after, sample_);
+  plan_.prescribed_motion->at(time, trajectory::Side::after, sample_);
   constexpr double residual_tolerance = 1e-12,
                    accepted_residual = 1e-7;  // scaled; round-off amplified by a nearby singularity
   constexpr int max_corrections = 4;
@@ -340,4 +342,4 @@ bool StateInterpolator<S>::interpolate(const CoordinateSample& a, const Coordina
 template class StateInterpolator<Planar>;
 template class StateInterpolator<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

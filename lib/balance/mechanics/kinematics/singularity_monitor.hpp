@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 /// Detects loops that lose rank on their own while others keep the motion determinate.
 template <class S>
@@ -35,12 +35,12 @@ class LoopRankMonitor {
   VectorX singular_values(std::size_t loop, const TreeState<S>& poses) const;
 
  private:
-  void add_joint_twists(const LoopStep& step, const TreeState<S>& poses, const typename S::Vector& about,
+  void add_joint_twists(const model::LoopStep& step, const TreeState<S>& poses, const typename S::Vector& about,
                         MatrixX& twists) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
-  std::vector<SimpleLoop> loops_;
+  std::vector<model::SimpleLoop> loops_;
 };
 
 extern template class LoopRankMonitor<Planar>;
@@ -71,7 +71,7 @@ class StateInterpolator {
   const CompiledTrajectory<S>& plan_;
   KinematicEquations<S> equations_;
   TreeState<S> state_;
-  DriveSample sample_;
+  trajectory::DriveSample sample_;
   VectorX y_;
   std::vector<double> x_;
 };
@@ -108,12 +108,12 @@ class SingularityMonitor {
  private:
   /// The nearest approach to a singularity of one matrix.
   struct NearSingularity {
-    LocalMinimumTracker minimum_tracker;
+    numerics::LocalMinimumTracker minimum_tracker;
     double mobility = INFINITY, time = 0;
     double pivot_per_mobility = 1;  ///< smallest pivot divided by mobility, near there
 
-    bool is_near() const { return mobility * pivot_per_mobility < near_singular_pivot_threshold; }
-    void update_minimum(const LocalMinimumTracker::TimedValue& minimum) {
+    bool is_near() const { return mobility * pivot_per_mobility < numerics::near_singular_pivot_threshold; }
+    void update_minimum(const numerics::LocalMinimumTracker::TimedValue& minimum) {
       if (minimum.value < mobility) mobility = minimum.value, time = minimum.time;
     }
   };
@@ -121,7 +121,7 @@ class SingularityMonitor {
   struct RedundantMatrix {
     std::size_t index = 0;  ///< of the loop, or of the omitted actuator
     bool is_actuation = false;
-    LocalMinimumTracker minimum_tracker;
+    numerics::LocalMinimumTracker minimum_tracker;
     Eigen::Index rank = 0;
     std::vector<double> rank_loss_times;  ///< at which it has lost rank
   };
@@ -154,4 +154,4 @@ class SingularityMonitor {
 extern template class SingularityMonitor<Planar>;
 extern template class SingularityMonitor<Spatial>;
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -8,7 +8,7 @@
 
 #include <type_traits>
 
-namespace balance {
+namespace balance::kinematics {
 
 // The algebra of the plane: angular quantities are scalars, rotations unit complex numbers.
 
@@ -353,4 +353,4 @@ typename S::Angular to_angular(const Vector3Of<typename S::Scalar>& w) {
     return w;
 }
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -13,7 +13,9 @@
 #include <type_traits>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
+
+using model::JointOf;
 
 // Decomposition of joints: the elementary motions of a tree joint, and the equations that enforce a cut joint.
 
@@ -60,7 +62,7 @@ Closure<S> make_rolling_closure(const Tree<S>& tree, const JointOf<typename S::S
 
 /// The closure that keeps a sum of speeds at zero, with its path.
 template <class S>
-Closure<S> make_speed_closure(const Tree<S>& tree, const GeneralisedSpeedOf<typename S::Scalar>& constraint);
+Closure<S> make_speed_closure(const Tree<S>& tree, const model::GeneralisedSpeedOf<typename S::Scalar>& constraint);
 
 template <class T>
 std::vector<ElementaryMotion<T>> list_elementary_motions(const JointOf<T>& joint) {
@@ -170,7 +172,7 @@ void grow_row_scale(const typename S::Scalar& factor, double size, Closure<S>& c
 
 /// Adds one term per column that the coordinate depends on.
 template <class S>
-void add_coordinate_rate(const Tree<S>& tree, const GeneralisedSpeedTermOf<typename S::Scalar>& term,
+void add_coordinate_rate(const Tree<S>& tree, const model::GeneralisedSpeedTermOf<typename S::Scalar>& term,
                          Closure<S>& closure) {
   for (const auto& [column, ratio] : tree.coordinate_expressions[term.index].terms) {
     std::size_t node = 1;
@@ -184,9 +186,9 @@ void add_coordinate_rate(const Tree<S>& tree, const GeneralisedSpeedTermOf<typen
 }
 
 template <class S>
-void add_frame_component(const Tree<S>& tree, const GeneralisedSpeedTermOf<typename S::Scalar>& term,
+void add_frame_component(const Tree<S>& tree, const model::GeneralisedSpeedTermOf<typename S::Scalar>& term,
                          Closure<S>& closure) {
-  using Of = typename GeneralisedSpeedTermOf<typename S::Scalar>::Kind;
+  using Of = typename model::GeneralisedSpeedTermOf<typename S::Scalar>::Kind;
   const bool velocity = term.kind == Of::velocity || term.kind == Of::velocity_body;
   VelocityTerm<S> rate;
   rate.of = velocity ? VelocityTerm<S>::Of::velocity : VelocityTerm<S>::Of::angular_velocity;
@@ -216,12 +218,12 @@ Closure<S> make_rolling_closure(const Tree<S>& tree, const JointOf<typename S::S
 }
 
 template <class S>
-Closure<S> make_speed_closure(const Tree<S>& tree, const GeneralisedSpeedOf<typename S::Scalar>& constraint) {
+Closure<S> make_speed_closure(const Tree<S>& tree, const model::GeneralisedSpeedOf<typename S::Scalar>& constraint) {
   Closure<S> closure;
   closure.joint = -1;
   closure.rows = {{ClosureRow::Kind::sum, 0, 0}};
   for (const auto& term : constraint.terms)
-    if (term.kind == GeneralisedSpeedTermOf<typename S::Scalar>::Kind::coordinate)
+    if (term.kind == model::GeneralisedSpeedTermOf<typename S::Scalar>::Kind::coordinate)
       add_coordinate_rate(tree, term, closure);
     else
       add_frame_component(tree, term, closure);
@@ -232,8 +234,10 @@ using OnPlane = PlanarOf<EngineScalar>;
 using InSpace = SpatialOf<EngineScalar>;
 template Closure<OnPlane> make_rolling_closure<OnPlane>(const Tree<OnPlane>&, const JointOf<EngineScalar>&, int);
 template Closure<InSpace> make_rolling_closure<InSpace>(const Tree<InSpace>&, const JointOf<EngineScalar>&, int);
-template Closure<OnPlane> make_speed_closure<OnPlane>(const Tree<OnPlane>&, const GeneralisedSpeedOf<EngineScalar>&);
-template Closure<InSpace> make_speed_closure<InSpace>(const Tree<InSpace>&, const GeneralisedSpeedOf<EngineScalar>&);
+template Closure<OnPlane> make_speed_closure<OnPlane>(const Tree<OnPlane>&,
+                                                      const model::GeneralisedSpeedOf<EngineScalar>&);
+template Closure<InSpace> make_speed_closure<InSpace>(const Tree<InSpace>&,
+                                                      const model::GeneralisedSpeedOf<EngineScalar>&);
 
 template <class S>
 typename S::Inertia inertia_about_origin(const typename S::Scalar& mass, const Vector3Of<typename S::Scalar>& com,
@@ -286,13 +290,13 @@ class TreeCompiler {
     tree_.joint_forward.assign(mechanism_.joints.size(), true);
     tree_.is_floating.assign(mechanism_.coordinates.size(), false);
     number_columns();
-    for (const TreeEdge& edge : spanning_.edges) add_joint(edge);
+    for (const model::TreeEdge& edge : spanning_.edges) add_joint(edge);
     for (const JointId joint : spanning_.cut) add_closure(joint);
     add_mass_elements();
-    for (const TreeEdge& edge : spanning_.edges)
+    for (const model::TreeEdge& edge : spanning_.edges)
       if (const JointOf<T>& joint = mechanism_.joints[edge.joint]; is_rolling(joint.type) && !joint.slips)
         tree_.closures.push_back(make_rolling_closure(tree_, joint, edge.joint));
-    for (const GeneralisedSpeedOf<T>& constraint : mechanism_.constraints)
+    for (const model::GeneralisedSpeedOf<T>& constraint : mechanism_.constraints)
       tree_.closures.push_back(make_speed_closure(tree_, constraint));
     for (Closure<S>& closure : tree_.closures) {
       if (closure.terms.empty()) find_path(closure);
@@ -309,12 +313,12 @@ class TreeCompiler {
  private:
   void number_columns() {
     std::vector<bool> in_tree(mechanism_.joints.size(), false);
-    for (const TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
+    for (const model::TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
     std::map<int, int> columns;
-    const std::vector<ResolvedCouplingOf<T>> roots = resolve_couplings(mechanism_);
+    const std::vector<model::ResolvedCouplingOf<T>> roots = resolve_couplings(mechanism_);
     tree_.coordinate_expressions.resize(mechanism_.coordinates.size());
     // numbering columns in tree order keeps the blocks of the loops together
-    for (const TreeEdge& edge : spanning_.edges)
+    for (const model::TreeEdge& edge : spanning_.edges)
       for (const int c : coordinates_[edge.joint]) {
         if (locked_freedom(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
         for (const auto& [root, ratio] : roots[c].terms)
@@ -334,8 +338,8 @@ class TreeCompiler {
   }
 
   /// The passive freedom of the body that the edge carries, if it has one.
-  const PassiveFreedom* locked_freedom(const TreeEdge& edge) const {
-    for (const PassiveFreedom& freedom : tree_.locked_freedoms)
+  const model::PassiveFreedom* locked_freedom(const model::TreeEdge& edge) const {
+    for (const model::PassiveFreedom& freedom : tree_.locked_freedoms)
       if (freedom.body == edge.child && (freedom.joints[0] == edge.joint || freedom.joints[1] == edge.joint))
         return &freedom;
     return nullptr;
@@ -372,7 +376,7 @@ class TreeCompiler {
     return last;
   }
 
-  void add_joint(const TreeEdge& edge) {
+  void add_joint(const model::TreeEdge& edge) {
     const JointOf<T>& joint = mechanism_.joints[edge.joint];
     std::vector<ElementaryMotion<T>> motions = list_elementary_motions(joint);
     Vector3Of<T> start = joint.point_first, end = joint.point_second;
@@ -385,7 +389,7 @@ class TreeCompiler {
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
-    const PassiveFreedom* freedom = locked_freedom(edge);
+    const model::PassiveFreedom* freedom = locked_freedom(edge);
     if (freedom != nullptr) motions = locked_spherical_motions(*freedom, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     NodeId node = parent.node;
@@ -419,7 +423,7 @@ class TreeCompiler {
   }
 
   /// Two rotations perpendicular to the line of a passive freedom; a weld replaces the third one, about the line.
-  std::vector<ElementaryMotion<T>> locked_spherical_motions(const PassiveFreedom& freedom,
+  std::vector<ElementaryMotion<T>> locked_spherical_motions(const model::PassiveFreedom& freedom,
                                                             const Matrix3Of<T>& R_parent_child) const {
     const Matrix3Of<T> axes = frame_with_z_along(Vector3Of<T>(R_parent_child * line_of(freedom)));
     return {{NodeMotion::revolute, axes.col(0), 0},
@@ -428,7 +432,7 @@ class TreeCompiler {
   }
 
   /// The line of a passive freedom, with derivatives if T has them: through a rod's joints, or along a leg's slide.
-  Vector3Of<T> line_of(const PassiveFreedom& freedom) const {
+  Vector3Of<T> line_of(const model::PassiveFreedom& freedom) const {
     if constexpr (std::is_same_v<T, double>) {
       return freedom.line;
     } else {
@@ -472,16 +476,16 @@ class TreeCompiler {
       tree_.closures.push_back(closure);
     }
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) {
-      const BodyOf<T>& body = mechanism_.bodies[b];
+      const model::BodyOf<T>& body = mechanism_.bodies[b];
       add_element(tree_.bodies[b], inertia_about_origin<S>(body.mass, body.com, body.inertia));
     }
-    for (const AttachmentOf<T>& attachment : mechanism_.attachments)
+    for (const model::AttachmentOf<T>& attachment : mechanism_.attachments)
       add_element(tree_.bodies[attachment.body],
                   inertia_about_origin<S>(attachment.mass, attachment.position, attachment.inertia));
-    for (const DiscOf<T>& disc : mechanism_.discs) add_disc(disc);
+    for (const model::DiscOf<T>& disc : mechanism_.discs) add_disc(disc);
   }
 
-  void add_disc(const DiscOf<T>& disc) {
+  void add_disc(const model::DiscOf<T>& disc) {
     const FixedFrame<S>& carrier = tree_.bodies[disc.body];
     const Matrix3Of<T> axes = node_axes<S>({NodeMotion::revolute, disc.axis, 0});
     const Matrix3Of<T> R = to_matrix(carrier.R_N) * axes;
@@ -493,7 +497,7 @@ class TreeCompiler {
   }
 
   /// The combination that a disc follows, in the tree's coordinates. Several followed coordinates may share a column.
-  LinearQuantityOf<T> combine_followed(const CoordinateCombinationOf<T>& combination) const {
+  LinearQuantityOf<T> combine_followed(const model::CoordinateCombinationOf<T>& combination) const {
     LinearQuantityOf<T> sum;
     std::map<int, std::size_t> term_indices;
     for (const auto& [coordinate, ratio] : combination.terms) {
@@ -538,7 +542,7 @@ class TreeCompiler {
   const MechanismOf<T>& mechanism_;
   std::vector<std::vector<CoordinateId>> coordinates_;  ///< per joint
   std::vector<bool> needed_;                            ///< per joint
-  SpanningTree spanning_;
+  model::SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;
 };
@@ -565,4 +569,4 @@ template PlanarOf<EngineScalar>::Inertia transform_inertia<PlanarOf<EngineScalar
 template SpatialOf<EngineScalar>::Inertia transform_inertia<SpatialOf<EngineScalar>>(
     const SpatialOf<EngineScalar>::Inertia&, const SpatialRotation<EngineScalar>&, const Vector3Of<EngineScalar>&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 // Quantities that are linear in the tree's coordinates: joint coordinates, the angle of a planar tool.
 
@@ -155,7 +155,7 @@ struct Tree {
       is_floating;  ///< per coordinate of the mechanism: of such a joint; its expression holds only until a reset
   /// Bodies whose passive freedom is locked: the spherical joint that carries them lacks its last rotation, like a
   /// universal joint.
-  std::vector<PassiveFreedom> locked_freedoms;
+  std::vector<model::PassiveFreedom> locked_freedoms;
   std::vector<MassElement<S>> mass_elements;  ///< bodies 1…, then attachments, then discs
   typename S::Scalar mass = 0;
   double characteristic_length = 1;   ///< [m]
@@ -185,4 +185,4 @@ extern template void reset_spherical_reference<Spatial>(Tree<Spatial>&, NodeId, 
 extern template Tree<Planar> compile_tree<Planar>(const Mechanism&, const std::vector<CoordinateId>&);
 extern template Tree<Spatial> compile_tree<Spatial>(const Mechanism&, const std::vector<CoordinateId>&);
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::kinematics {
 
 template <class S>
 class TreePayloads {
@@ -23,7 +23,7 @@ class TreePayloads {
     for (int k = 0; k < intervals_.count(); ++k) inertias_per_interval_.push_back(sum_inertias(tree, k));
   }
 
-  const PayloadIntervals& intervals() const { return intervals_; }
+  const model::PayloadIntervals& intervals() const { return intervals_; }
   /// The interval whose inertias were applied last; −1: none yet.
   int current_interval() const { return current_interval_; }
 
@@ -70,11 +70,11 @@ class TreePayloads {
     return node_inertias;
   }
 
-  PayloadIntervals intervals_;
+  model::PayloadIntervals intervals_;
   std::size_t first_attachment_,
       attachment_count_;  ///< index of the first attachment among the elements; number of attachments
   std::vector<NodeInertias> inertias_per_interval_;  ///< per interval; empty: no temporary payloads
   int current_interval_ = -1;
 };
 
-}  // namespace balance
+}  // namespace balance::kinematics

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace balance {
+namespace balance::lanes {
 
 extern "C" {
 extern const LaneKernels balance_lanes_baseline;
@@ -30,4 +30,4 @@ const LaneKernels& lane_kernels(InstructionSet set) {
   return balance_lanes_baseline;
 }
 
-}  // namespace balance
+}  // namespace balance::lanes

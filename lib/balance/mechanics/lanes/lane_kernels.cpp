@@ -11,7 +11,7 @@
 // These types are shared with objects compiled for other instruction sets.
 static_assert(alignof(balance::Vector2) == 16 && alignof(balance::Vector3) == 8 && alignof(balance::Matrix3) == 8);
 
-namespace balance {
+namespace balance::lanes {
 
 namespace {
 
@@ -78,11 +78,12 @@ class LaneRows {
 };
 
 template <class L, class S>
-void run_lane_inverse_dynamics(const Tree<S>& tree, const typename S::Vector& gravity, const InverseDynamicsJob& job) {
+void run_lane_inverse_dynamics(const kinematics::Tree<S>& tree, const typename S::Vector& gravity,
+                               const InverseDynamicsJob& job) {
   const int columns = tree.columns;
   const typename L::Vector field = gravity.template cast<Lanes>();
-  TreeState<L> state(tree.nodes.size());
-  std::vector<Wrench<L>> wrenches(tree.nodes.size());
+  kinematics::TreeState<L> state(tree.nodes.size());
+  std::vector<dynamics::Wrench<L>> wrenches(tree.nodes.size());
   LaneRows rows(columns, job.count);
   std::vector<Lanes> numbers(static_cast<std::size_t>(columns) * 4);
   Lanes *y = numbers.data(), *dy = y + columns, *ddy = dy + columns, *tau = ddy + columns;
@@ -90,7 +91,7 @@ void run_lane_inverse_dynamics(const Tree<S>& tree, const typename S::Vector& gr
     rows.load(job.y, k, y);
     rows.load(job.dy, k, dy);
     rows.load(job.ddy, k, ddy);
-    open_tree_inverse_dynamics<L>(tree, y, dy, ddy, field, state, wrenches, tau);
+    dynamics::open_tree_inverse_dynamics<L>(tree, y, dy, ddy, field, state, wrenches, tau);
     rows.store(tau, k, job.tau);
   }
 }
@@ -105,11 +106,11 @@ std::unique_ptr<GroupSolver<S>> make_lane_motion(const GroupSetup<S>& setup) {
 extern "C" {
 extern const LaneKernels BALANCE_LANES_TABLE;
 const LaneKernels BALANCE_LANES_TABLE = {
-    .planar_torques = run_lane_inverse_dynamics<PlanarOf<Lanes>, Planar>,
-    .spatial_torques = run_lane_inverse_dynamics<SpatialOf<Lanes>, Spatial>,
-    .planar_motion = make_lane_motion<PlanarOf<Lanes>, Planar>,
-    .spatial_motion = make_lane_motion<SpatialOf<Lanes>, Spatial>,
+    .planar_torques = run_lane_inverse_dynamics<kinematics::PlanarOf<Lanes>, kinematics::Planar>,
+    .spatial_torques = run_lane_inverse_dynamics<kinematics::SpatialOf<Lanes>, kinematics::Spatial>,
+    .planar_motion = make_lane_motion<kinematics::PlanarOf<Lanes>, kinematics::Planar>,
+    .spatial_motion = make_lane_motion<kinematics::SpatialOf<Lanes>, kinematics::Spatial>,
 };
 }
 
-}  // namespace balance
+}  // namespace balance::lanes

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-namespace balance {
+namespace balance::lanes {
 
 /// States and torques as tables: one row per state, contiguous in memory, one column per tree coordinate.
 struct InverseDynamicsJob {
@@ -51,13 +51,13 @@ struct GroupJob {
 template <class S>
 struct GroupSetup {
   const Mechanism& mechanism;
-  const Tree<S>& tree;
-  const Drive<S>& drive;
-  const Actuation<S>& actuation;  ///< regular, factorised before
+  const kinematics::Tree<S>& tree;
+  const kinematics::Drive<S>& drive;
+  const dynamics::Actuation<S>& actuation;  ///< regular, factorised before
   typename S::Vector about;
-  double residual_tolerance;                    ///< scaled residual that cannot be improved upon
-  const std::vector<ColumnId>& matrix_columns;  ///< columns on which the equations' matrix depends
-  bool direct;                                  ///< every column is prescribed on its own
+  double residual_tolerance;                                ///< scaled residual that cannot be improved upon
+  const std::vector<kinematics::ColumnId>& matrix_columns;  ///< columns on which the equations' matrix depends
+  bool direct;                                              ///< every column is prescribed on its own
 };
 
 /// Solves a motion without external forces and friction and with independent closures: poses by Newton's method, rates,
@@ -69,8 +69,8 @@ class GroupSolver {
   virtual ~GroupSolver() = default;
 
   /// The next group follows an instant with these matrices, coordinates and rates.
-  virtual void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
-                     const double* dy) = 0;
+  virtual void start(const kinematics::KinematicEquations<S>& equations, const dynamics::Actuation<S>& actuation,
+                     const double* y, const double* dy) = 0;
   /// Solves the next group.
   /// @return false if any of its instants is not found, is far from its prediction, or is not near the previous one;
   ///        the next call must then be start()
@@ -79,14 +79,16 @@ class GroupSolver {
 
 struct LaneKernels {
   // As open_tree_inverse_dynamics (mechanics/dynamics/tree_dynamics.hpp), for every state.
-  void (*planar_torques)(const Tree<Planar>& tree, const Vector2& gravity, const InverseDynamicsJob& job);
-  void (*spatial_torques)(const Tree<Spatial>& tree, const Vector3& gravity, const InverseDynamicsJob& job);
-  std::unique_ptr<GroupSolver<Planar>> (*planar_motion)(const GroupSetup<Planar>& setup);
-  std::unique_ptr<GroupSolver<Spatial>> (*spatial_motion)(const GroupSetup<Spatial>& setup);
+  void (*planar_torques)(const kinematics::Tree<kinematics::Planar>& tree, const Vector2& gravity,
+                         const InverseDynamicsJob& job);
+  void (*spatial_torques)(const kinematics::Tree<kinematics::Spatial>& tree, const Vector3& gravity,
+                          const InverseDynamicsJob& job);
+  std::unique_ptr<GroupSolver<kinematics::Planar>> (*planar_motion)(const GroupSetup<kinematics::Planar>& setup);
+  std::unique_ptr<GroupSolver<kinematics::Spatial>> (*spatial_motion)(const GroupSetup<kinematics::Spatial>& setup);
 };
 
 /// @param set one of list_instruction_sets(), of which the last is the fastest
 /// @throws std::invalid_argument if this machine or this library lacks it
 const LaneKernels& lane_kernels(InstructionSet set);
 
-}  // namespace balance
+}  // namespace balance::lanes

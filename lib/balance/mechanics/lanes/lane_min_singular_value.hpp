@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::lanes {
 
 /// @tparam L a space over packs
 template <class L>
@@ -15,7 +15,7 @@ class LaneMinSingularValue {
  public:
   using T = typename L::Scalar;
 
-  explicit LaneMinSingularValue(const KinematicEquations<L>& equations) : n_(equations.columns()) {
+  explicit LaneMinSingularValue(const kinematics::KinematicEquations<L>& equations) : n_(equations.columns()) {
     for (int r = 0; r < equations.rows(); ++r) {
       rows_.emplace_back();
       for (int c = 0; c < n_; ++c)
@@ -27,7 +27,7 @@ class LaneMinSingularValue {
   }
 
   /// @param equations evaluated
-  T compute(const KinematicEquations<L>& equations) {
+  T compute(const kinematics::KinematicEquations<L>& equations) {
     multiply(equations);
     tridiagonalise();
     T min_eigenvalue = 0.0;
@@ -54,7 +54,7 @@ class LaneMinSingularValue {
   };
 
   /// AᵀA.
-  void multiply(const KinematicEquations<L>& equations) {
+  void multiply(const kinematics::KinematicEquations<L>& equations) {
     for (T& entry : matrix_) entry = 0.0;
     for (const auto& row : rows_)
       for (std::size_t i = 0; i < row.size(); ++i) {
@@ -126,4 +126,4 @@ class LaneMinSingularValue {
   std::vector<T> matrix_, diagonal_, subdiagonal_, vector_, image_;
 };
 
-}  // namespace balance
+}  // namespace balance::lanes

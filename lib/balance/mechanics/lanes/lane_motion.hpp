@@ -15,7 +15,7 @@
 #include <limits>
 #include <vector>
 
-namespace balance {
+namespace balance::lanes {
 
 // Efforts and multipliers by the square system of Actuation, one sample per lane.
 
@@ -27,14 +27,14 @@ class LaneActuation {
 
   /// @param scalar regular, and factorised before
   template <class S>
-  explicit LaneActuation(const Actuation<S>& scalar)
+  explicit LaneActuation(const dynamics::Actuation<S>& scalar)
       : closures_(scalar.closures_), passive_columns_(scalar.passive_columns_) {
     for (const auto& motor : scalar.actuated_) motors_.push_back({motor.column, motor.ratio, {}});
     for (const auto& entry : scalar.closure_entries_) passive_entries_.push_back({entry.storage_index, entry.index});
     for (std::size_t a = 0; a < scalar.motor_column_entries_.size(); ++a)
       for (const auto& entry : scalar.motor_column_entries_[a])
         motors_[a].entries.push_back({entry.storage_index, entry.row});
-    SparsityPattern pattern(static_cast<std::size_t>(closures_));
+    numerics::SparsityPattern pattern(static_cast<std::size_t>(closures_));
     for (const auto& entry : scalar.closure_entries_) pattern[entry.row].push_back(position(entry.column));
     passive_.analyse(pattern);
     efforts_.assign(motors_.size(), T(0.0));
@@ -44,14 +44,14 @@ class LaneActuation {
   /// Takes the matrix that precedes the first lane, and the order of pivots, from the scalar object's last
   /// factorisation.
   template <class S>
-  void start(const Actuation<S>& scalar) {
+  void start(const dynamics::Actuation<S>& scalar) {
     if (closures_ == 0) return;
     passive_.take_order(scalar.passive_);
     passive_.store(scalar.passive_.storage());
   }
 
   /// @return the smallest pivot per lane; see Actuation::factorise
-  T factorise(const KinematicEquations<L>& equations) {
+  T factorise(const kinematics::KinematicEquations<L>& equations) {
     if (closures_ == 0) return 1.0;
     for (const EntryCopy& entry : passive_entries_) passive_.storage()[entry.to] = equations.entry_at(entry.from);
     passive_.factorise();
@@ -63,7 +63,7 @@ class LaneActuation {
   }
 
   /// @pre factorise() found regular matrices @param tau per tree coordinate
-  void solve(const KinematicEquations<L>& equations, const T* tau) {
+  void solve(const kinematics::KinematicEquations<L>& equations, const T* tau) {
     const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
     for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
     if (closures_ > 0) passive_.solve_transposed(multipliers_.data());
@@ -85,21 +85,21 @@ class LaneActuation {
     int to;    ///< index in the passive matrix, or the row
   };
   struct Motor {
-    ColumnId column;
+    kinematics::ColumnId column;
     double ratio;
     std::vector<EntryCopy> entries;
   };
 
-  int position(ColumnId column) const {
+  int position(kinematics::ColumnId column) const {
     return static_cast<int>(std::find(passive_columns_.begin(), passive_columns_.end(), column) -
                             passive_columns_.begin());
   }
 
   int closures_;
-  std::vector<ColumnId> passive_columns_;
+  std::vector<kinematics::ColumnId> passive_columns_;
   std::vector<Motor> motors_;
   std::vector<EntryCopy> passive_entries_;
-  LaneSquareSystem<T::lanes> passive_;
+  numerics::LaneSquareSystem<T::lanes> passive_;
   std::vector<T> efforts_, multipliers_;
 };
 
@@ -107,8 +107,8 @@ class LaneActuation {
 
 /// Loads the prescribed values at the instants from `first` on.
 template <class L>
-void load_prescribed_values(const GroupJob& job, int first, const Drive<Constants<L>>& drive,
-                            DriveSampleOf<typename L::Scalar>& sample) {
+void load_prescribed_values(const GroupJob& job, int first, const kinematics::Drive<kinematics::Constants<L>>& drive,
+                            trajectory::DriveSampleOf<typename L::Scalar>& sample) {
   using T = typename L::Scalar;
   for (int k = 0; k < drive.value_count(); ++k) {
     const int index = k * group_size + first;
@@ -163,7 +163,7 @@ class LaneSampleEvaluator {
       : mechanism_(setup.mechanism),
         tree_(setup.tree),
         tool_(setup.drive.tool),
-        gravity_(to_vector<S>(mechanism_.gravity).template cast<T>()),
+        gravity_(kinematics::to_vector<S>(mechanism_.gravity).template cast<T>()),
         about_(setup.about.template cast<T>()),
         wrenches_(tree_.nodes.size()),
         tau_(static_cast<std::size_t>(tree_.columns)) {
@@ -172,22 +172,22 @@ class LaneSampleEvaluator {
   }
 
   /// @param equations evaluated and actuation factorised there; the state holds poses and angular velocities
-  void evaluate(const KinematicEquations<L>& equations, LaneActuation<L>& actuation, TreeState<L>& state, const T* dy,
-                const T* ddy) {
+  void evaluate(const kinematics::KinematicEquations<L>& equations, LaneActuation<L>& actuation,
+                kinematics::TreeState<L>& state, const T* dy, const T* ddy) {
     compute_origin_velocities(tree_, dy, state);
-    compute_accelerations<L>(tree_, dy, ddy, -gravity_, state);
+    kinematics::compute_accelerations<L>(tree_, dy, ddy, -gravity_, state);
     for (auto& wrench : wrenches_) wrench = {};
     inverse_dynamics(tree_, state, wrenches_, tau_.data());
     actuation.solve(equations, tau_.data());
     efforts_ = actuation.efforts().data();
-    const Wrench<L> no_wrench;
-    compute_total_forces<L>(tree_, state, {wrenches_[0], no_wrench, no_wrench, gravity_, about_}, sample_);
+    const dynamics::Wrench<L> no_wrench;
+    dynamics::compute_total_forces<L>(tree_, state, {wrenches_[0], no_wrench, no_wrench, gravity_, about_}, sample_);
     if (mechanism_.tool) {
-      sample_.tool_position = to_3d(position(state, tool_));
+      sample_.tool_position = kinematics::to_3d(position(state, tool_));
       sample_.tool_rotation = to_matrix(orientation(state, tool_));
     }
-    sample_.com_velocity = to_3d(com_velocity(tree_, state));
-    compute_energies(tree_, state, gravity_, T(0.0), sample_);
+    sample_.com_velocity = kinematics::to_3d(com_velocity(tree_, state));
+    dynamics::compute_energies(tree_, state, gravity_, T(0.0), sample_);
     if (!tree_.closures.empty()) {
       for (auto& wrench : wrenches_) wrench = {};
       add_closure_wrenches(tree_, state, actuation.multipliers(), wrenches_, sample_);
@@ -226,13 +226,13 @@ class LaneSampleEvaluator {
 
  private:
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
-  const FixedFrame<S>& tool_;
+  const kinematics::Tree<S>& tree_;
+  const kinematics::FixedFrame<S>& tool_;
   typename L::Vector gravity_, about_;
-  std::vector<Wrench<L>> wrenches_;
+  std::vector<dynamics::Wrench<L>> wrenches_;
   std::vector<T> tau_;
   const T* efforts_ = nullptr;  ///< per actuator
-  SampleOf<T> sample_;
+  trajectory::SampleOf<T> sample_;
 };
 
 /// @tparam L the space S over packs
@@ -258,7 +258,8 @@ class LaneStepper {
   }
 
   /// As GroupSolver::start.
-  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) {
+  void start(const kinematics::KinematicEquations<S>& equations, const dynamics::Actuation<S>& actuation,
+             const double* y, const double* dy) {
     if (setup_.direct) return;
     equations_.system().take_order(equations.system());
     equations_.system().store(equations.system().storage());
@@ -280,9 +281,9 @@ class LaneStepper {
     return true;
   }
 
-  const KinematicEquations<L>& equations() const { return equations_; }  ///< evaluated there
-  LaneActuation<L>& actuation() { return actuation_; }                   ///< factorised there
-  TreeState<L>& state() { return state_; }                               ///< poses and angular velocities there
+  const kinematics::KinematicEquations<L>& equations() const { return equations_; }  ///< evaluated there
+  LaneActuation<L>& actuation() { return actuation_; }                               ///< factorised there
+  kinematics::TreeState<L>& state() { return state_; }  ///< poses and angular velocities there
   const T* dy() const { return dy_.data(); }
   const T* ddy() const { return ddy_.data(); }
 
@@ -292,7 +293,7 @@ class LaneStepper {
   /// As MotionStepper::set_explicit.
   bool solve_explicit(GroupJob& job, int first) {
     for (std::size_t k = 0; k < drive_.linear.size(); ++k) {
-      const LinearQuantity& quantity = drive_.linear[k];
+      const kinematics::LinearQuantity& quantity = drive_.linear[k];
       const auto& [column, coefficient] = quantity.terms[0];
       const double inverse = 1 / coefficient;
       y_[column] = (sample_.value[k] - quantity.constant) * inverse;
@@ -312,8 +313,10 @@ class LaneStepper {
     if (!newton(iterations) || !is_near_prediction()) return false;
     differentiate();
     const T actuation_pivot = actuation_.factorise(equations_);
-    if (!(reduce_min(actuation_pivot) >= singular_pivot_threshold)) return false;
-    if (!equations_.is_near_stored(max_matrix_change) || !actuation_.is_near_stored(max_matrix_change)) return false;
+    if (!(reduce_min(actuation_pivot) >= numerics::singular_pivot_threshold)) return false;
+    if (!equations_.is_near_stored(numerics::max_matrix_change) ||
+        !actuation_.is_near_stored(numerics::max_matrix_change))
+      return false;
     equations_.system().min_pivot().store(&job.pivot[first]);
     actuation_pivot.store(&job.hold_pivot[first]);
     step_distance(job.step).store(&job.distance[first]);
@@ -332,7 +335,7 @@ class LaneStepper {
     T previous_residual = inf;
     Mask converged = previous_residual < 0.0;
     iterations = 0.0;
-    for (int count = 0; count <= MotionStepper<S>::max_newton_iterations; ++count) {
+    for (int count = 0; count <= kinematics::MotionStepper<S>::max_newton_iterations; ++count) {
       compute_poses(tree_, y_.data(), state_);
       equations_.evaluate(state_, y_.data(), sample_, x_.data());
       T max_residual = 0.0;
@@ -356,7 +359,7 @@ class LaneStepper {
   bool is_near_prediction() const {
     const std::vector<double>& scale = equations_.column_scale();
     for (int c = 0; c < tree_.columns; ++c)
-      if (!all(abs(y_[c] - predicted_[c]) <= MotionStepper<S>::max_correction * scale[c])) return false;
+      if (!all(abs(y_[c] - predicted_[c]) <= kinematics::MotionStepper<S>::max_correction * scale[c])) return false;
     return true;
   }
 
@@ -364,7 +367,7 @@ class LaneStepper {
     dy_ = rates_;
     compute_angular_velocities(tree_, dy_.data(), state_);
     if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy_.data(), state_);
-    compute_accelerations<L>(tree_, dy_.data(), nullptr, L::Vector::Zero(), state_);
+    kinematics::compute_accelerations<L>(tree_, dy_.data(), nullptr, L::Vector::Zero(), state_);
     equations_.acceleration_rhs(state_, sample_, x_.data());
     equations_.solve(x_.data());
     ddy_ = x_;
@@ -382,12 +385,12 @@ class LaneStepper {
   }
 
   const GroupSetup<S>& setup_;
-  const Tree<S>& tree_;
-  const Drive<S>& drive_;
-  KinematicEquations<L> equations_;
+  const kinematics::Tree<S>& tree_;
+  const kinematics::Drive<S>& drive_;
+  kinematics::KinematicEquations<L> equations_;
   LaneActuation<L> actuation_;
-  TreeState<L> state_;
-  DriveSampleOf<T> sample_;
+  kinematics::TreeState<L> state_;
+  trajectory::DriveSampleOf<T> sample_;
   std::vector<T> y_, dy_, ddy_, x_, rates_, predicted_;
   std::vector<double> last_y_, last_dy_;  ///< of the instant before the first lane's
 };
@@ -401,8 +404,8 @@ class LaneGroupSolver final : public GroupSolver<S> {
   explicit LaneGroupSolver(const GroupSetup<S>& setup)
       : setup_(setup), stepper_(setup_), min_singular_value_(stepper_.equations()), evaluator_(setup_) {}
 
-  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
-             const double* dy) override {
+  void start(const kinematics::KinematicEquations<S>& equations, const dynamics::Actuation<S>& actuation,
+             const double* y, const double* dy) override {
     stepper_.start(equations, actuation, y, dy);
   }
 
@@ -423,4 +426,4 @@ class LaneGroupSolver final : public GroupSolver<S> {
   LaneSampleEvaluator<L, S> evaluator_;
 };
 
-}  // namespace balance
+}  // namespace balance::lanes

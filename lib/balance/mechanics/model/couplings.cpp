@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::model {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::vector<ResolvedCouplingOf<T>> resolve_couplings(const MechanismOf<T>& mecha
 template std::vector<ResolvedCouplingOf<EngineScalar>> resolve_couplings<EngineScalar>(
     const MechanismOf<EngineScalar>&);
 
-}  // namespace balance
+}  // namespace balance::model

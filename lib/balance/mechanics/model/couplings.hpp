@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 // Couplings resolved to coordinates that follow no other.
 
@@ -50,4 +50,4 @@ inline bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId fo
   return false;
 }
 
-}  // namespace balance
+}  // namespace balance::model

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::model {
 
 /// Rates below this fraction of the largest rate of any coordinate are round-off. So are rates below this fraction of
 /// one radian (one characteristic length) per motion: a slanted gantry that is at rest in one direction moves by 1e-17.
@@ -30,4 +30,4 @@ T sliding_friction(const FrictionOf<T>& friction, const T& rate, int sign) {
   return friction.viscous * rate + friction.dry_friction(sign) * sign;
 }
 
-}  // namespace balance
+}  // namespace balance::model

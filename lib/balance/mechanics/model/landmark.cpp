@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::model {
 
 namespace {
 
@@ -57,4 +57,4 @@ std::vector<std::string> list_landmarks(const Mechanism& mechanism) {
   return names;
 }
 
-}  // namespace balance
+}  // namespace balance::model

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 /// A point marked by an element of the mechanism.
 struct Landmark {
@@ -38,4 +38,4 @@ std::optional<Landmark> find_landmark(const Mechanism& mechanism, const std::str
 /// The names of all landmarks.
 std::vector<std::string> list_landmarks(const Mechanism& mechanism);
 
-}  // namespace balance
+}  // namespace balance::model

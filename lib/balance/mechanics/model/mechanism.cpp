@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::model {
 
 namespace {
 
@@ -155,7 +155,8 @@ double characteristic_length(const Mechanism& mechanism) {
   // all joints coincide: use the distances of the masses from that point
   for (const Body& body : mechanism.bodies)
     if (body.mass > 0)
-      length = std::max({length, body.com.norm(), std::sqrt(max_coefficient(body.inertia.diagonal()) / body.mass)});
+      length = std::max(
+          {length, body.com.norm(), std::sqrt(numerics::max_coefficient(body.inertia.diagonal()) / body.mass)});
   for (const Attachment& attachment : mechanism.attachments) length = std::max(length, attachment.position.norm());
   for (const Disc& disc : mechanism.discs) length = std::max(length, disc.position.norm());
   return length > 0 ? length : 1;
@@ -251,4 +252,4 @@ Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms) {
   return combined.finish();
 }
 
-}  // namespace balance
+}  // namespace balance::model

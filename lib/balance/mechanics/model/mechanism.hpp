@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 // Indices into a mechanism's lists.
 
@@ -411,5 +411,31 @@ inline const char* name_of(JointType type) {
 /// mechanism.
 /// @throws std::invalid_argument if `mechanisms` is empty, or if space or gravity differ
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms);
+
+}  // namespace balance::model
+
+namespace balance {
+
+using model::Attachment;
+using model::AttachmentKind;
+using model::Body;
+using model::BodyId;
+using model::Coordinate;
+using model::CoordinateId;
+using model::CoordinateKind;
+using model::CoordinateValue;
+using model::Coupling;
+using model::Disc;
+using model::Friction;
+using model::Joint;
+using model::JointId;
+using model::JointType;
+using model::list_coordinates;
+using model::Load;
+using model::Mechanism;
+using model::MechanismOf;
+using model::SpaceKind;
+using model::Spring;
+using model::Tool;
 
 }  // namespace balance

@@ -4,7 +4,7 @@
 #include "balance/foundation/base/dual.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
-namespace balance {
+namespace balance::model {
 
 /// Applies `number` (From → To) to every number of `from` and copies everything else.
 template <class To, class From, class Function>
@@ -84,4 +84,4 @@ Mechanism values_of(const MechanismOf<Dual<N>>& mechanism) {
   return convert_mechanism<double>(mechanism, [](const Dual<N>& x) { return x.value; });
 }
 
-}  // namespace balance
+}  // namespace balance::model

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <limits>
 
-namespace balance {
+namespace balance::model {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::vector<std::string> list_payload_notes(const Mechanism& mechanism, double t
   return notes;
 }
 
-}  // namespace balance
+}  // namespace balance::model

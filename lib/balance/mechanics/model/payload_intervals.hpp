@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 /// Whether its mass moves with its body only part of the time.
 template <class T>
@@ -73,4 +73,4 @@ Mechanism mechanism_at_time(const Mechanism& mechanism, double time);
 /// One sentence for each temporary payload: whether it is attached at a time.
 std::vector<std::string> list_payload_notes(const Mechanism& mechanism, double time);
 
-}  // namespace balance
+}  // namespace balance::model

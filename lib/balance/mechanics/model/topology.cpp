@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <tuple>
 
-namespace balance {
+namespace balance::model {
 
 namespace {
 
@@ -339,4 +339,4 @@ int count_degrees_of_freedom(const Mechanism& mechanism) {
   return freedoms;
 }
 
-}  // namespace balance
+}  // namespace balance::model

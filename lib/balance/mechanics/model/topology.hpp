@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 /// One joint of a simple loop, a closed chain in which no body occurs twice.
 struct LoopStep {
@@ -71,4 +71,4 @@ std::vector<BodyId> loop_bodies(const Mechanism& mechanism, const SpanningTree& 
 /// Degrees of freedom by the Grübler–Kutzbach count, including couplings.
 int count_degrees_of_freedom(const Mechanism& mechanism);
 
-}  // namespace balance
+}  // namespace balance::model

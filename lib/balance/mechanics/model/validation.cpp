@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 // Collects the faults of a mechanism.
 
@@ -112,7 +112,7 @@ InertiaCheck find_inertia_issue(const Matrix3& inertia, bool planar, InertiaOwne
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
   const Vector3& principal = check.principal_moments = solver.eigenvalues();  // increasing
-  const double tolerance = inertia_tolerance * max_abs(principal);
+  const double tolerance = inertia_tolerance * numerics::max_abs(principal);
   if (body ? !(principal[0] > 0) : principal[0] < -tolerance)
     check.issue = InertiaIssue::not_positive_definite;
   else if (principal[0] + principal[1] < principal[2] - tolerance)
@@ -175,12 +175,12 @@ void ElementValidator::check_position(const Vector3& position, bool planar, cons
 
 void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner owner, ElementValidator& faults) {
   if (!faults.check_finite(inertia, "the inertia")) return;
-  const double size = max_abs(inertia);
+  const double size = numerics::max_abs(inertia);
   Matrix3 off_plane = inertia;
   off_plane(2, 2) = 0;
   if (planar && !off_plane.isZero(0))
     faults.add(ValidationIssueKind::out_of_plane, "the inertia of a planar mechanism must have only a zz entry");
-  else if (!(max_abs((inertia - inertia.transpose()) / 2) <= inertia_symmetry_tolerance * size))
+  else if (!(numerics::max_abs((inertia - inertia.transpose()) / 2) <= inertia_symmetry_tolerance * size))
     return faults.add(ValidationIssueKind::inertia_not_symmetric, "the inertia must be a symmetric matrix");
   const InertiaCheck check = find_inertia_issue(inertia, planar, owner);
   const Vector3& principal = check.principal_moments;
@@ -403,11 +403,11 @@ void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
 void check_rotation(const Matrix3& R, bool planar, ElementValidator& faults) {
   constexpr double orthogonality_tolerance = 1e-9;
   if (!faults.check_finite(R, "its rotation")) return;
-  if (!(max_abs(R * R.transpose() - Matrix3::Identity()) <= orthogonality_tolerance))
+  if (!(numerics::max_abs(R * R.transpose() - Matrix3::Identity()) <= orthogonality_tolerance))
     faults.add(ValidationIssueKind::rotation_not_proper, "its rotation must be an orthogonal matrix");
   else if (R.determinant() < 0)
     faults.add(ValidationIssueKind::rotation_not_proper, "its rotation must not be a reflection");
-  else if (planar && !(max_abs(R.col(2) - Vector3::UnitZ()) <= orthogonality_tolerance))
+  else if (planar && !(numerics::max_abs(R.col(2) - Vector3::UnitZ()) <= orthogonality_tolerance))
     faults.add(ValidationIssueKind::out_of_plane, "its rotation must be about z, as the mechanism is planar");
 }
 
@@ -611,4 +611,4 @@ void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& is
   }
 }
 
-}  // namespace balance
+}  // namespace balance::model

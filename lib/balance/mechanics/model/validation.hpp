@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::model {
 
 // Which masses and inertias a body can have; shared by validate() and the spec reader.
 
@@ -103,5 +103,12 @@ inline constexpr const char* no_mass_message =
 
 /// @throws std::invalid_argument if there are faults; what() holds all messages, one per line
 void require_valid(const Mechanism& mechanism);
+
+}  // namespace balance::model
+
+namespace balance {
+
+using model::validate;
+using model::ValidationIssue;
 
 }  // namespace balance

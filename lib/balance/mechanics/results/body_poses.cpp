@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::results {
 namespace {
 
 /// One of the successive displacements of a joint, in the axes that those before it have turned.
@@ -117,7 +117,7 @@ std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
     count += joint_degrees_of_freedom(joint.type);
   }
   std::vector<bool> is_reached(mechanism.bodies.size(), false);
-  is_reached[ground] = true;
+  is_reached[model::ground] = true;
   std::vector<TreeStep> steps;
   for (bool has_grown = true; has_grown;) {
     has_grown = false;
@@ -228,4 +228,4 @@ std::vector<std::vector<BodyMotion>> body_motions(const Mechanism& mechanism, co
   return motions;
 }
 
-}  // namespace balance
+}  // namespace balance::results

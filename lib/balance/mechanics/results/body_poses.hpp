@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// Row k of both belongs to result.time[k]; B bodies including the ground. World axes.
 struct BodyPoses {
@@ -43,4 +43,4 @@ struct BodyMotion {
 std::vector<std::vector<BodyMotion>> body_motions(const Mechanism& mechanism, const RunResult& result,
                                                   Eigen::Index rows);
 
-}  // namespace balance
+}  // namespace balance::results

@@ -7,7 +7,7 @@
 #include <array>
 #include <string_view>
 
-namespace balance {
+namespace balance::results {
 namespace {
 
 using Kind = LimitableQuantity::Kind;
@@ -135,4 +135,4 @@ std::vector<std::string> list_limitable_names(const Mechanism& mechanism) {
   return names;
 }
 
-}  // namespace balance
+}  // namespace balance::results

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// A scalar, or a vector whose magnitude is limited.
 struct LimitableQuantity {
@@ -35,4 +35,4 @@ std::vector<LimitableQuantity> find_limitable_quantities(const Mechanism& mechan
 /// All names that find_limitable_quantities() knows for a mechanism; shared names come before those of their members.
 std::vector<std::string> list_limitable_names(const Mechanism& mechanism);
 
-}  // namespace balance
+}  // namespace balance::results

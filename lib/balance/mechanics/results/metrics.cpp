@@ -15,7 +15,7 @@
 #include <unordered_set>
 #include <utility>
 
-namespace balance {
+namespace balance::results {
 
 namespace {
 
@@ -267,7 +267,7 @@ std::optional<MotionOutcome> find_overflow(const RunResult& result, const Interm
   }
   if (!std::isfinite(result.energy) && first.what.empty()) first = {result.time[0], "the energy moved"};
   if (first.what.empty()) return std::nullopt;
-  return make_overflow_outcome(first.time, first.what, mechanism);
+  return trajectory::make_overflow_outcome(first.time, first.what, mechanism);
 }
 
 namespace {
@@ -376,4 +376,4 @@ std::string find_metric_unit(const Mechanism& mechanism, const std::string& name
   return "";
 }
 
-}  // namespace balance
+}  // namespace balance::results

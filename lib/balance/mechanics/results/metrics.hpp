@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// Samples that figures use in addition to the recorded ones: both sides of every jump of the acceleration and, if
 /// recorded samples are few, times between them.
@@ -67,4 +67,4 @@ std::vector<std::string> list_metric_names(const Mechanism& mechanism);
 /// SI unit of the figures with that name: "N m"; empty if there are none.
 std::string find_metric_unit(const Mechanism& mechanism, const std::string& name);
 
-}  // namespace balance
+}  // namespace balance::results

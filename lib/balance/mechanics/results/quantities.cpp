@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace balance {
+namespace balance::results {
 namespace {
 
 using enum ColumnKind;
@@ -182,4 +182,4 @@ std::vector<Quantity> list_sampled_quantities(const RunResult& r) {
   return quantities;
 }
 
-}  // namespace balance
+}  // namespace balance::results

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 // Names of quantities of single actuators. The array "torque" holds the efforts of all actuators. The effort of a
 // sliding actuator is a force and is named "force[S]", next to "torque[A1]" of a rotary one. Its older name "torque[S]"
@@ -155,5 +155,11 @@ std::string common_unit(const std::vector<std::string>& units);
 std::vector<std::string> axis_labels(int axes);
 
 std::vector<std::string> quaternion_labels();
+
+}  // namespace balance::results
+
+namespace balance {
+
+using results::Quantity;
 
 }  // namespace balance

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::results {
 namespace {
 
 bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, const RunResult& result,
@@ -25,8 +25,8 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
 }
 
 /// Whether the term is the velocity of a point or the rate of a slide.
-bool is_length(const Mechanism& mechanism, const GeneralisedSpeedTerm& term) {
-  using enum GeneralisedSpeedTerm::Kind;
+bool is_length(const Mechanism& mechanism, const model::GeneralisedSpeedTerm& term) {
+  using enum model::GeneralisedSpeedTerm::Kind;
   if (term.kind != coordinate) return term.kind == velocity || term.kind == velocity_body;
   return mechanism.coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
 }
@@ -42,11 +42,11 @@ void name_columns(const Mechanism& mechanism, RunResult& result) {
     result.coordinate_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad" : "m");
   }
   for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
-  for (const GeneralisedSpeed& constraint : mechanism.constraints) {
+  for (const model::GeneralisedSpeed& constraint : mechanism.constraints) {
     result.constraint_names.push_back(constraint.name);
     const bool is_length_constraint =
         std::any_of(constraint.terms.begin(), constraint.terms.end(),
-                    [&](const GeneralisedSpeedTerm& term) { return is_length(mechanism, term); });
+                    [&](const model::GeneralisedSpeedTerm& term) { return is_length(mechanism, term); });
     result.constraint_units.push_back(is_length_constraint ? "N" : "N m");
   }
   for (const int actuator : mechanism.actuators) {
@@ -102,4 +102,4 @@ void ResultRecorder::write(const Sample& sample, long row, RunResult& result) {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::results

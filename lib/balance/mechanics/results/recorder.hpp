@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// Contents of a kind of run besides those that every run has.
 struct RecordedContents {
@@ -45,4 +45,4 @@ class ResultRecorder {
   Eigen::Vector4d quaternion_ = Eigen::Vector4d::Zero();  ///< the previous one, for sign continuity
 };
 
-}  // namespace balance
+}  // namespace balance::results

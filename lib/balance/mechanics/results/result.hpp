@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// Statistic of a quantity over a whole run. Minimum and maximum are signed.
 enum class Statistic { peak, rms, mean, range, minimum, maximum };  ///< members of Metric with the same names
@@ -51,8 +51,8 @@ struct IntermediateSamples;
 
 struct RunResult {
   MotionOutcome outcome;
-  std::optional<OptimisedLaw> optimised_law;  ///< if the law was optimised
-  PhasePlane phase_plane;                     ///< empty under control; the ceiling is empty without limits
+  std::optional<trajectory::OptimisedLaw> optimised_law;  ///< if the law was optimised
+  trajectory::PhasePlane phase_plane;                     ///< empty under control; the ceiling is empty without limits
 
   // names and units of the columns
   std::vector<std::string> coordinate_names;  ///< C columns of joint_position
@@ -106,7 +106,8 @@ struct RunResult {
   std::vector<Metric> metrics;
   std::vector<PayloadEvent> payload_events;  ///< in order of time; not read from files
   double energy = 0;                         ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
-  std::optional<CorridorResult> corridor_result;  ///< if the path was optimised in a corridor; not read from files
+  std::optional<trajectory::CorridorResult>
+      corridor_result;  ///< if the path was optimised in a corridor; not read from files
 
   /// The samples besides the rows that the metrics rest on: both sides of every jump; not in files. Null: unknown.
   std::shared_ptr<const IntermediateSamples> intermediate;
@@ -114,5 +115,13 @@ struct RunResult {
   TermMagnitudes term_magnitudes;  ///< maxima over the run; not in files
   TermMagnitudes round_off;  ///< thresholds below which samples are round-off; the samples themselves are unchanged
 };
+
+}  // namespace balance::results
+
+namespace balance {
+
+using results::Metric;
+using results::RunResult;
+using results::Statistic;
 
 }  // namespace balance

@@ -5,7 +5,16 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::results {
+
+void TermMagnitudes::raise_to(const TermMagnitudes& other, double factor) {
+  for (VectorX TermMagnitudes::*member : term_magnitude_members) {
+    VectorX& own_values = this->*member;
+    const VectorX& other_values = other.*member;
+    if (own_values.size() != other_values.size()) own_values.setZero(other_values.size());
+    own_values = own_values.cwiseMax(factor * other_values);
+  }
+}
 
 void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& amplified) {
   result.term_magnitudes = terms;
@@ -64,4 +73,4 @@ Samples suppress_round_off(const RunResult& result, Samples RunResult::*array) {
   return values;
 }
 
-}  // namespace balance
+}  // namespace balance::results

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::results {
 
 /// Sets term_magnitudes and round_off of a result.
 /// @param terms largest magnitudes of terms
@@ -42,4 +42,4 @@ void clear_round_off(Samples RunResult::*array, RunResult& result);
 /// The same for all arrays.
 void clear_round_off(RunResult& result);
 
-}  // namespace balance
+}  // namespace balance::results

@@ -15,7 +15,7 @@
 #include <numbers>
 #include <utility>
 
-namespace balance {
+namespace balance::results {
 
 namespace {
 
@@ -304,15 +304,15 @@ void RunQuantities::list_spring_quantities() {
 }
 
 /// A point of the mechanism that a name means.
-std::optional<BodyPoint> RunQuantities::find_point(const std::string& name, std::string& mistake) const {
+std::optional<model::BodyPoint> RunQuantities::find_point(const std::string& name, std::string& mistake) const {
   if (mechanism_ == nullptr) {
     mistake = quote_for_message(name) + " is unknown: the mechanism of the run is";
     return std::nullopt;
   }
-  if (const std::optional<Landmark> landmark = find_landmark(*mechanism_, name))
+  if (const std::optional<model::Landmark> landmark = find_landmark(*mechanism_, name))
     return locate_landmark(*mechanism_, *landmark);
   for (const FigurePoint& point : points_)
-    if (point.name == name) return BodyPoint{point.body, point.position};
+    if (point.name == name) return model::BodyPoint{point.body, point.position};
   const std::vector<std::string> names = list_landmarks(*mechanism_);
   mistake = "there is no point " + quote_for_message(name) + ", only " + join_with_conjunction(names, "and") +
             append_nearest_name(name, names);
@@ -330,9 +330,9 @@ const RunQuantity* RunQuantities::add_distance(const std::string& name, std::str
   std::vector<std::string> ends{inner.substr(comma + 1)};
   if (const std::size_t to = ends[0].find(" to "); to != std::string::npos)
     ends = {ends[0].substr(0, to), ends[0].substr(to + 4)};
-  std::vector<BodyPoint> points;
+  std::vector<model::BodyPoint> points;
   for (const std::string& end : {inner.substr(0, comma), ends.front(), ends.back()}) {
-    const std::optional<BodyPoint> point = find_point(std::string(trim(end)), mistake);
+    const std::optional<model::BodyPoint> point = find_point(std::string(trim(end)), mistake);
     if (!point) return nullptr;
     points.push_back(*point);
   }
@@ -354,9 +354,9 @@ const RunQuantity* RunQuantities::add_moment_about(const std::string& name, cons
     mistake = moment.name + " has no other point: only shaking_moment and ground_moment are taken about a point";
     return nullptr;
   }
-  const std::optional<BodyPoint> point = find_point(point_name, mistake);
+  const std::optional<model::BodyPoint> point = find_point(point_name, mistake);
   if (!point) return nullptr;
-  if (point->body != ground) {
+  if (point->body != model::ground) {
     mistake = quote_for_message(point_name) + " moves: moments are about points of the ground";
     return nullptr;
   }
@@ -545,4 +545,4 @@ double compute_statistic(const RunResult& run, const Mechanism* mechanism, Stati
   return statistic_of(summarise_values(values, *found.quantity->times, found.round_off()), statistic);
 }
 
-}  // namespace balance
+}  // namespace balance::results

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::results {
 
 /// A named point fixed to a body, whose motion has figures.
 struct FigurePoint {
@@ -84,7 +84,7 @@ class RunQuantities {
   const RunQuantity* add_distance(const std::string& name, std::string& mistake);
   const RunQuantity* add_moment_about(const std::string& name, const RunQuantity& moment, const std::string& point,
                                       std::string& mistake);
-  std::optional<BodyPoint> find_point(const std::string& name, std::string& mistake) const;
+  std::optional<model::BodyPoint> find_point(const std::string& name, std::string& mistake) const;
 
   const RunResult* run_;
   const Mechanism* mechanism_;
@@ -133,4 +133,4 @@ std::optional<MetricSeries> find_series(const RunResult& run, const std::string&
 double compute_statistic(const RunResult& run, const Mechanism* mechanism, Statistic statistic,
                          const std::string& quantity);
 
-}  // namespace balance
+}  // namespace balance::results

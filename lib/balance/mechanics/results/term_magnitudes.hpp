@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace balance {
+namespace balance::results {
 
 // Threshold of round-off.
 
@@ -56,4 +56,4 @@ inline constexpr std::array term_magnitude_members = {&TermMagnitudes::position,
                                                       &TermMagnitudes::total_effort,
                                                       &TermMagnitudes::moment_com};
 
-}  // namespace balance
+}  // namespace balance::results

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::trajectory {
 
 int count_remaining_quantities(const Trajectory& trajectory) {
   return static_cast<int>(trajectory.remaining_coordinates.size()) + (trajectory.remaining_angle ? 1 : 0);
@@ -250,4 +250,4 @@ PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& traje
   return request;
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

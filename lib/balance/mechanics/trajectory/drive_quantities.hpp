@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// Number of remaining quantities that the trajectory names, in addition to the tool or the centre of mass.
 int count_remaining_quantities(const Trajectory& trajectory);
@@ -56,4 +56,4 @@ PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& traje
                                                          const DriveQuantities& quantities, DriveValue from,
                                                          DriveValue to);
 
-}  // namespace balance
+}  // namespace balance::trajectory

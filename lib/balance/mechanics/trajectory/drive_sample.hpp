@@ -3,7 +3,7 @@
 
 #include "balance/foundation/base/types.hpp"
 
-namespace balance {
+namespace balance::trajectory {
 
 /// Prescribed values at one pose: k scalars (positions, planar angle, joint coordinates) and, if the whole orientation
 /// of a spatial tool is prescribed, its rotation.
@@ -26,4 +26,4 @@ struct DriveSampleOf {
 using DriveValue = DriveValueOf<double>;
 using DriveSample = DriveSampleOf<double>;
 
-}  // namespace balance
+}  // namespace balance::trajectory

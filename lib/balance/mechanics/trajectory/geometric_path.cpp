@@ -14,7 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace balance {
+namespace balance::trajectory {
 namespace {
 
 /// Distances below this, relative to the lengths involved, count as zero.
@@ -225,8 +225,9 @@ SegmentedPath make_spline_segment(const Request& request, const std::vector<Driv
   }
   RotationCurve rotation = NoRotation{};
   if (request.has_rotation) rotation = interpolate_rotations(knots, rotations);
-  return make_single_segment(request, SplineCurve{CubicSpline(std::move(knots), std::move(values), SplineEnd::natural)},
-                             std::move(rotation));
+  return make_single_segment(
+      request, SplineCurve{numerics::CubicSpline(std::move(knots), std::move(values), numerics::SplineEnd::natural)},
+      std::move(rotation));
 }
 
 /// Values of the law at the waypoints: given fractions are times, but the spline's knots are values of the law.
@@ -313,7 +314,8 @@ SegmentedPath make_path(const Request& request, const TablePath& path) {
   const TimeScaling time_scaling({.kind = MotionLawKind::uniform}, 0, result.duration,
                                  time_tolerance * result.duration);
   result.segments.push_back(
-      {time_scaling, SplineCurve{CubicSpline(knots, rows.leftCols(size), SplineEnd::not_a_knot)}, std::move(rotation)});
+      {time_scaling, SplineCurve{numerics::CubicSpline(knots, rows.leftCols(size), numerics::SplineEnd::not_a_knot)},
+       std::move(rotation)});
   return result;
 }
 
@@ -516,7 +518,7 @@ SplineRotation interpolate_rotations(const std::vector<double>& knots, const std
   for (std::size_t i = 1; i < rotations.size(); ++i) {
     require_close_rotations(row(vectors, i - 1), row(vectors, i), rotations[i - 1], rotations[i], i);
   }
-  return {reference, CubicSpline(knots, std::move(vectors), SplineEnd::natural)};
+  return {reference, numerics::CubicSpline(knots, std::move(vectors), numerics::SplineEnd::natural)};
 }
 
 SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Samples vectors) {
@@ -524,7 +526,7 @@ SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Sa
     const Vector3 previous = vectors.row(i - 1).transpose(), current = vectors.row(i).transpose();
     vectors.row(i) = find_nearest_rotation_vector(current, previous).transpose();
   }
-  return {Matrix3::Identity(), CubicSpline(knots, std::move(vectors), SplineEnd::not_a_knot)};
+  return {Matrix3::Identity(), numerics::CubicSpline(knots, std::move(vectors), numerics::SplineEnd::not_a_knot)};
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// Progress of a leg along its curve as a function of time. Immutable.
 class TimeScaling {
@@ -20,7 +20,7 @@ class TimeScaling {
   /// @param tolerance times closer than this to a jump of the law count as the jump [s]
   TimeScaling(const MotionLaw& law, double start, double duration, double tolerance)
       : law_(law),
-        jumps_(balance::find_acceleration_jumps(law)),
+        jumps_(trajectory::find_acceleration_jumps(law)),
         start_(start),
         duration_(duration),
         rate_(1 / duration),
@@ -77,7 +77,7 @@ struct CircularCurve {
 
 /// C² spline through points.
 struct SplineCurve {
-  CubicSpline spline;
+  numerics::CubicSpline spline;
 
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
@@ -115,7 +115,7 @@ struct FixedAxisRotation {
 /// one axis, it is the spline of the angle.
 struct SplineRotation {
   Matrix3 reference;
-  CubicSpline rotation_vector;  ///< three components [rad], world axes
+  numerics::CubicSpline rotation_vector;  ///< three components [rad], world axes
 
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
@@ -162,4 +162,4 @@ std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& po
                                                const std::vector<double>& fractions, int position_components,
                                                bool has_rotation);
 
-}  // namespace balance
+}  // namespace balance::trajectory

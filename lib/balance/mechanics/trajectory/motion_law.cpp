@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::trajectory {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -194,4 +194,4 @@ std::vector<double> find_acceleration_jumps(const MotionLaw& law) {
   return {law.ramp_up, brake};
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 enum class MotionLawKind {
   cycloidal,  ///< P3 eq. 52
@@ -69,5 +69,12 @@ MotionLawValue evaluate(const MotionLaw& law, double tau, Side side = Side::afte
 
 /// Values of τ in (0, 1) at which the second derivative jumps, increasing.
 std::vector<double> find_acceleration_jumps(const MotionLaw& law);
+
+}  // namespace balance::trajectory
+
+namespace balance {
+
+using trajectory::MotionLaw;
+using trajectory::MotionLawKind;
 
 }  // namespace balance

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdio>
 
-namespace balance {
+namespace balance::trajectory {
 
 namespace {
 
@@ -71,7 +71,7 @@ MotionOutcome make_overflow_outcome(double time, const std::string& what) {
 }
 
 MotionOutcome make_overflow_outcome(double time, const std::string& what, const Mechanism& mechanism) {
-  if (!has_mass(mechanism)) return {MotionStatus::overflow, time, no_mass_message, {}};
+  if (!has_mass(mechanism)) return {MotionStatus::overflow, time, model::no_mass_message, {}};
   return make_overflow_outcome(time, what);
 }
 
@@ -102,9 +102,9 @@ std::string describe_over_constraint() {
   return "the loops are over-constrained: reactions are those of least norm, not the only possible ones";
 }
 
-std::string describe_locked_freedom(const Mechanism& mechanism, const PassiveFreedom& spin) {
+std::string describe_locked_freedom(const Mechanism& mechanism, const model::PassiveFreedom& spin) {
   return mechanism.bodies[spin.body].name +
          ": the spin between its two spherical joints is held as if one of them were universal";
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// How the computation of a motion ended.
 enum class MotionStatus {
@@ -62,6 +62,13 @@ std::string describe_flat_disc(const Mechanism& mechanism, const std::vector<dou
 std::string describe_under_actuation(int motors, int freedoms);
 std::string describe_over_actuation(int motors, int freedoms);
 std::string describe_over_constraint();
-std::string describe_locked_freedom(const Mechanism& mechanism, const PassiveFreedom& spin);
+std::string describe_locked_freedom(const Mechanism& mechanism, const model::PassiveFreedom& spin);
+
+}  // namespace balance::trajectory
+
+namespace balance {
+
+using trajectory::MotionOutcome;
+using trajectory::MotionStatus;
 
 }  // namespace balance

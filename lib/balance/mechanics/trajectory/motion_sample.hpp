@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// SI, world axes; moments about the run's reference point unless stated otherwise. In planar mechanisms
 /// vectors have z = 0 and moments are along z. Quantities that a formulation does not compute keep their initial
@@ -57,5 +57,11 @@ struct SampleOf {
 };
 
 using Sample = SampleOf<double>;
+
+}  // namespace balance::trajectory
+
+namespace balance {
+
+using trajectory::Sample;
 
 }  // namespace balance

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::trajectory {
 
 MotionTable sample_motion(const Mechanism& mechanism, MotionSource& source, const std::vector<double>& times) {
   MotionTable table;
@@ -39,4 +39,4 @@ MotionTable sample_motion(const Mechanism& mechanism, MotionSource& source, cons
   return table;
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

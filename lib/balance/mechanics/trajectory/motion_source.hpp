@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 class MotionSource {
  public:
@@ -77,4 +77,4 @@ struct MotionTable {
 /// @param times increasing, from 0 [s]; beyond the end, the last pose is held
 MotionTable sample_motion(const Mechanism& mechanism, MotionSource& source, const std::vector<double>& times);
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// A part of the motion during which a limit is active.
 struct ActiveLimitInterval {
@@ -47,4 +47,4 @@ struct PhasePlane {
   VectorX mvc_path_rate;  ///< [1/s]; infinite: no limit at this place
 };
 
-}  // namespace balance
+}  // namespace balance::trajectory

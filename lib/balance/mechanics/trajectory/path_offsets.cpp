@@ -10,7 +10,11 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::trajectory {
+
+using numerics::Panel;
+using numerics::PiecewiseChebyshevSeries;
+
 namespace {
 
 constexpr int bspline_order = 4;  ///< of a cubic spline: number of terms, and multiplicity of the end knots
@@ -165,7 +169,7 @@ Panel fit_panel(double begin, double end, Eigen::Index components, const Functio
     values.row(k) =
         function((begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k)).transpose();
   Panel panel{begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * values};
-  const double threshold = coefficient_epsilon * max_abs(panel.coefficients);
+  const double threshold = coefficient_epsilon * numerics::max_abs(panel.coefficients);
   panel.coefficients = (panel.coefficients.cwiseAbs().array() > threshold).select(panel.coefficients, 0.0);
   return panel;
 }
@@ -279,4 +283,4 @@ void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQua
   }
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -9,7 +9,7 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::trajectory {
 
 // Offsets of driven quantities from their path, as functions of one parameter.
 
@@ -20,19 +20,20 @@ struct ValueWithDerivatives {
 
 /// @param series three functions on [0, 1]: value, first and second derivative
 /// @param side one-sided limit to take where the second derivative jumps
-ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& series, double parameter, Side side);
+ValueWithDerivatives evaluate_with_derivatives(const numerics::PiecewiseChebyshevSeries& series, double parameter,
+                                               Side side);
 
 /// The function and its first two derivatives.
-PiecewiseChebyshevSeries append_derivatives(const PiecewiseChebyshevSeries& function);
+numerics::PiecewiseChebyshevSeries append_derivatives(const numerics::PiecewiseChebyshevSeries& function);
 
 /// Cubic spline on [0, 1] from the coefficients of its B-splines: at least four; evenly spaced inner knots, fourfold
 /// end knots.
-PiecewiseChebyshevSeries make_bspline(const std::vector<double>& controls);
+numerics::PiecewiseChebyshevSeries make_bspline(const std::vector<double>& controls);
 
 /// Clamped cubic spline with zero value and rate at both ends, followed by its derivatives. n coefficients have the
 /// inner knots k / (n + 1); with a jump, the n − 1 inner knots k / n, the middle one double.
 /// @throws std::invalid_argument if there is no coefficient or, with a jump, an odd number of them
-PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coefficients, bool jump);
+numerics::PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coefficients, bool jump);
 
 /// Adds a trajectory's secondary tasks and corridor offset to a request with known `from`, `to` and `via`.
 /// @throws std::invalid_argument if the quantity of a task is not driven, a task has not been solved yet, or the path
@@ -69,7 +70,7 @@ class PathNormals {
 };
 
 /// The cubic splines of a corridor on evenly spaced knots, zero at both ends; one function per `knots + 2` controls.
-PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots);
+numerics::PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots);
 
 /// Adds the offset found for a trajectory's corridor to a request with known path and ends. Does nothing without a
 /// corridor.
@@ -77,4 +78,4 @@ PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& contro
 void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request);
 
-}  // namespace balance
+}  // namespace balance::trajectory

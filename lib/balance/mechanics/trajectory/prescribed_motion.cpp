@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 namespace {
 
 constexpr int phase_plane_intervals = 400;  // per duration
@@ -152,7 +152,7 @@ void PrescribedMotion::Implementation::add_jumps(const PrescribedMotion& motion,
     }
   for (const ComponentOffset& offset : offsets)
     if (offset.over_time)
-      for (const Panel& panel : offset.series.panels())
+      for (const numerics::Panel& panel : offset.series.panels())
         if (panel.begin > 0) add_jump(motion, panel.begin * duration());
   const double margin = time_tolerance * duration();
   for (const double time : switches)
@@ -231,7 +231,7 @@ double PrescribedMotion::max_step(double time) const {
   }
   for (const ComponentOffset& offset : implementation_->offsets) {
     const MotionLawValue parameter = implementation_->offset_parameter(offset, time, *leg, progress);
-    const Panel& panel =
+    const numerics::Panel& panel =
         offset.series.panels()[offset.series.find_panel(parameter.s, 0, offset.series.panels().size())];
     const double step_limit = (panel.end - panel.begin) / std::max(parameter.ds, 1 / duration());
     step = std::min(step, std::max(step_limit, min_step_fraction * leg_duration));
@@ -254,7 +254,7 @@ std::vector<double> PrescribedMotion::knot_times() const {
       for (const double knot : curve->spline.knots())
         if (knot > 0 && knot < 1) times.push_back(leg.time_scaling.start() + knot * leg.time_scaling.duration());
   for (const ComponentOffset& offset : implementation_->offsets)
-    for (const Panel& panel : offset.series.panels())
+    for (const numerics::Panel& panel : offset.series.panels())
       if (panel.begin > 0) times.push_back(panel.begin * duration());
   std::sort(times.begin(), times.end());
   return times;
@@ -267,4 +267,4 @@ std::vector<double> PrescribedMotion::segment_end_times() const {
   return times;
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

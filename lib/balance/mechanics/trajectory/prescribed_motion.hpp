@@ -10,12 +10,13 @@
 #include <memory>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// A function added to one component: of time as a fraction of the duration, or of the path parameter.
 struct ComponentOffset {
   Eigen::Index component = 0;
-  PiecewiseChebyshevSeries series;  ///< value, first and second derivative on [0, 1]; the first two are continuous
+  numerics::PiecewiseChebyshevSeries
+      series;  ///< value, first and second derivative on [0, 1]; the first two are continuous
   bool over_time = true;
 };
 
@@ -84,4 +85,4 @@ class PrescribedMotion {
 /// Fills the time, path parameter and path rate of a phase plane.
 void sample_phase_plane(const PrescribedMotion& motion, PhasePlane& plane);
 
-}  // namespace balance
+}  // namespace balance::trajectory

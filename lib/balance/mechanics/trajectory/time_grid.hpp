@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 /// Minimum number of steps for peaks, averages and energies, however few samples are requested. By the trapezoidal
 /// rule, averages of a rest-to-rest motion are then accurate to about 1e-5.
@@ -80,4 +80,4 @@ bool visit_time_grid(MotionSource& source, long samples, Visitor&& visit) {
   return true;
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::trajectory {
 
 std::string format_duration_range() {
   char text[64];
@@ -98,4 +98,4 @@ const char* name_of(MotionStatus status) {
   return "";
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

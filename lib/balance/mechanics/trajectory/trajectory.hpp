@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-namespace balance {
+namespace balance::trajectory {
 
 // A path with a width; the offset from the path is found for the mechanism.
 
@@ -35,11 +35,11 @@ enum class DriveKind { joints, tool, com };
 /// Values that determine a pose of the mechanism. Values that are not given stay unset.
 template <class T>
 struct PoseTargetOf {
-  std::vector<CoordinateValueOf<T>> joints;  ///< empty if not given
-  std::optional<Vector3Of<T>> tool;          ///< world position of the tool point [m] (planar: z = 0)
-  std::optional<T> angle;                    ///< planar: angle of the tool body's x axis in the world [rad]
-  std::optional<Matrix3Of<T>> orientation;   ///< spatial: rotation of the tool's body in the world
-  std::optional<Vector3Of<T>> com;           ///< world position of the centre of mass [m]
+  std::vector<model::CoordinateValueOf<T>> joints;  ///< empty if not given
+  std::optional<Vector3Of<T>> tool;                 ///< world position of the tool point [m] (planar: z = 0)
+  std::optional<T> angle;                           ///< planar: angle of the tool body's x axis in the world [rad]
+  std::optional<Matrix3Of<T>> orientation;          ///< spatial: rotation of the tool's body in the world
+  std::optional<Vector3Of<T>> com;                  ///< world position of the centre of mass [m]
 };
 
 struct LinePath {};
@@ -108,9 +108,9 @@ struct MomentumTaskOf {
   int axis = 2;  ///< x, y, z of the world; planar: z
   std::vector<T>
       time;  ///< times of the values, increasing; interpolation by a C² cubic spline [s]; empty: a single value
-  std::vector<T> value;               ///< [N m s]; empty: zero
-  PiecewiseChebyshevSeries solution;  ///< relative to the start, with two derivatives; empty: not found yet
-  bool over_time = false;             ///< function of time as a fraction of the duration; false: of the path parameter
+  std::vector<T> value;                         ///< [N m s]; empty: zero
+  numerics::PiecewiseChebyshevSeries solution;  ///< relative to the start, with two derivatives; empty: not found yet
+  bool over_time = false;  ///< function of time as a fraction of the duration; false: of the path parameter
 };
 
 /// Motion of a remaining quantity in addition to the straight motion from its start to its end.
@@ -196,5 +196,13 @@ const char* name_of(MotionLawKind kind);  ///< "cycloidal", "bang-bang", …
 const char* law_name(const Trajectory& trajectory);
 const char* name_of(DriveKind kind);       ///< "joints", "tool", "com"
 const char* name_of(MotionStatus status);  ///< "done", "drive-singularity", …
+
+}  // namespace balance::trajectory
+
+namespace balance {
+
+using trajectory::DriveKind;
+using trajectory::Trajectory;
+using trajectory::TrajectoryOf;
 
 }  // namespace balance

@@ -3,7 +3,7 @@
 
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
-namespace balance {
+namespace balance::trajectory {
 
 /// Applies `number` (From → To) to every number of a trajectory and copies everything else.
 template <class To, class From, class Function>
@@ -93,4 +93,4 @@ TrajectoryOf<To> cast_scalar(const TrajectoryOf<From>& from, const Function& num
   return TrajectoryConversion<To, From, Function>(number)(from);
 }
 
-}  // namespace balance
+}  // namespace balance::trajectory

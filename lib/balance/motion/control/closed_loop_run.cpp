@@ -29,7 +29,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::control {
 
 // States of a controlled run as rows of a RunResult.
 
@@ -42,7 +42,7 @@ struct ControllerState {
 class ClosedLoopRecorder {
  public:
   /// @param desired may be filled in later, but must not move; `law` must be started before rows are written
-  ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const MotionTable& desired)
+  ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const trajectory::MotionTable& desired)
       : mechanism_(mechanism), law_(law), desired_(desired) {}
 
   /// Sets names and allocates rows. Omits quantities that need a desired motion if that motion is not known.
@@ -57,8 +57,8 @@ class ClosedLoopRecorder {
 
   const Mechanism& mechanism_;
   const ControlLaw& law_;
-  const MotionTable& desired_;
-  std::optional<ResultRecorder> recorder_;
+  const trajectory::MotionTable& desired_;
+  std::optional<results::ResultRecorder> recorder_;
   Sample sample_;
 };
 
@@ -80,8 +80,8 @@ class ActuationMonitor {
   MatrixX matrix();
 
   const Mechanism& mechanism_;
-  ForwardDynamics dynamics_;
-  RankMonitor rank_monitor_;
+  dynamics::ForwardDynamics dynamics_;
+  numerics::RankMonitor rank_monitor_;
   bool has_previous_ = false;
 };
 
@@ -144,7 +144,7 @@ std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& e
   return out;
 }
 
-DesiredState desired_state_at(const MotionTable& motion, Eigen::Index row) {
+DesiredState desired_state_at(const trajectory::MotionTable& motion, Eigen::Index row) {
   return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
@@ -188,7 +188,8 @@ class ClosedLoopRun {
     std::vector<SampleEvent> events = list_events(step, samples_, controller);
     if (effort_profile_) events = insert_knot_times(std::move(events), *effort_profile_);
     // figures of a continuous controller cannot rely on its samples
-    events_ = insert_figure_samples(events, effort_profile_ ? 5 * min_time_steps : min_time_steps);
+    events_ =
+        insert_figure_samples(events, effort_profile_ ? 5 * trajectory::min_time_steps : trajectory::min_time_steps);
     PlantOptions plant_options{.dynamics = {.preferred = mechanism.actuators}};
     const auto default_steps = 500'000 + 50 * static_cast<long>(events.size());
     plant_options.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
@@ -230,7 +231,7 @@ class ClosedLoopRun {
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
     warn_of_tracking_loss();
-    result_.intermediate = std::make_shared<const IntermediateSamples>(std::move(intermediate_samples_));
+    result_.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples_));
     return std::move(result_);
   }
 
@@ -261,17 +262,18 @@ class ClosedLoopRun {
       position = desired_.position.row(0);
       velocity = desired_.velocity.row(0);
     } else {  // the trajectory cannot be followed
-      const std::vector<CoordinateValue> start = start_coordinates(mechanism_, trajectory_);
+      const std::vector<CoordinateValue> start = simulation::start_coordinates(mechanism_, trajectory_);
       if (start.empty()) return is_successful({MotionStatus::unreachable, 0, "the start pose cannot be reached", {}});
       for (const CoordinateValue& joint : start) position[joint.coordinate] = joint.value;
     }
-    const InitialError& error = controller_.initial_error;
+    const study::InitialError& error = controller_.initial_error;
     if (error.tool && !is_successful(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position)))
       return false;
     for (const CoordinateValue& joint : error.joints) position[joint.coordinate] += joint.value;
     if (!is_successful(plant_->start(0, position, velocity))) return false;
-    if (mechanism_.actuators.empty() && controller_.type != ControllerType::none)
-      return is_successful({MotionStatus::mismatch, 0, describe_under_actuation(0, plant_->freedoms()), {}});
+    if (mechanism_.actuators.empty() && controller_.type != study::ControllerType::none)
+      return is_successful(
+          {MotionStatus::mismatch, 0, trajectory::describe_under_actuation(0, plant_->freedoms()), {}});
     if (!is_successful(law_.start(plant_->position(), plant_->velocity(), make_gain_basis()))) return false;
     long rows = 0;
     for (std::size_t e = 1; e < events_.size(); ++e) rows += events_[e].tick ? 2 : events_[e].on_sample ? 0 : 1;
@@ -288,7 +290,7 @@ class ClosedLoopRun {
     std::vector<double> times;
     for (int k = 0; k <= gain_samples * gain_sample_refinement; ++k)
       times.push_back(find_trajectory_duration(trajectory_) * k / (gain_samples * gain_sample_refinement));
-    const MotionTable motion = compute_desired_motion(mechanism_, trajectory_, times);
+    const trajectory::MotionTable motion = compute_desired_motion(mechanism_, trajectory_, times);
     for (Eigen::Index k = 0; k < motion.rows; ++k) {
       basis.peak_acceleration =
           basis.peak_acceleration.cwiseMax(actuated(motion.acceleration.row(k).transpose()).cwiseAbs());
@@ -312,8 +314,9 @@ class ClosedLoopRun {
     const SampleEvent& event = events_[e];
     if (e > 0 && !is_successful(advance(event.time))) return false;
     if (effort_profile_) sample_effort_profile(e);
-    if (!(max_abs(plant_->velocity()) < state_overflow_limit) || !(max_abs(plant_->position()) < state_overflow_limit))
-      return is_successful(make_overflow_outcome(event.time, "the motion"));
+    if (!(numerics::max_abs(plant_->velocity()) < state_overflow_limit) ||
+        !(numerics::max_abs(plant_->position()) < state_overflow_limit))
+      return is_successful(trajectory::make_overflow_outcome(event.time, "the motion"));
     if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
     const bool checks_actuation = is_inverse_dynamics_based(controller_) && (event.tick || !event.on_sample);
     if (checks_actuation &&
@@ -326,7 +329,8 @@ class ClosedLoopRun {
       sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(desired.velocity));
       if (!is_successful(law_.compute_efforts(event.time, desired, sensor_.position(), sensor_.velocity())))
         return false;
-      if (!law_.efforts().allFinite()) return is_successful(make_overflow_outcome(event.time, "the torque"));
+      if (!law_.efforts().allFinite())
+        return is_successful(trajectory::make_overflow_outcome(event.time, "the torque"));
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();
       efforts_ = law_.efforts();
       saturated_ = law_.saturation();
@@ -345,10 +349,11 @@ class ClosedLoopRun {
 
   /// Adds a note if the controller loses a coordinate: the error exceeds the range of its motion, or a radian.
   void warn_of_tracking_loss() {
-    if (result_.tracking_error.size() == 0 || controller_.type == ControllerType::none) return;
+    if (result_.tracking_error.size() == 0 || controller_.type == study::ControllerType::none) return;
     for (const int c : mechanism_.actuators) {
-      const double range = max_coefficient(desired_.position.col(c)) - min_coefficient(desired_.position.col(c));
-      const Eigen::Index worst = max_index(result_.tracking_error.col(c).cwiseAbs());
+      const double range =
+          numerics::max_coefficient(desired_.position.col(c)) - numerics::min_coefficient(desired_.position.col(c));
+      const Eigen::Index worst = numerics::max_index(result_.tracking_error.col(c).cwiseAbs());
       const double error = std::abs(result_.tracking_error(worst, c));
       const double start = std::abs(result_.tracking_error(0, c));
       const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
@@ -385,10 +390,10 @@ class ClosedLoopRun {
   std::optional<Plant> plant_;
   long samples_ = 0;
   std::vector<SampleEvent> events_;
-  MotionTable desired_;  ///< one row per event
+  trajectory::MotionTable desired_;  ///< one row per event
   VectorX efforts_, variation_, saturated_;
   RunResult result_;
-  IntermediateSamples intermediate_samples_;
+  results::IntermediateSamples intermediate_samples_;
   MotionOutcome outcome_;
 };
 
@@ -402,7 +407,7 @@ RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& tra
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.max_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.hold_time >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
-  const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
+  const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
   RunResult result;
   result.outcome = resolved.outcome;
   if (resolved.outcome.status != MotionStatus::done) return result;
@@ -421,7 +426,7 @@ void ClosedLoopRecorder::allocate_rows(long rows, const Vector3& about, RunResul
     result.sliding_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad/s" : "m/s");
   }
   result.moment_reference = about;
-  resize_arrays(mechanism_, rows, {.control = true, .tracking = has_desired_motion}, result);
+  results::resize_arrays(mechanism_, rows, {.control = true, .tracking = has_desired_motion}, result);
 }
 
 void ClosedLoopRecorder::write_row(const Sample& sample, const ControllerState& state, double time, Eigen::Index event,
@@ -473,7 +478,7 @@ ActuationMonitor::ActuationMonitor(const Mechanism& mechanism)
 /// Closures above actuated coordinates, lengths in characteristic lengths. Has full column rank if these determine the
 /// motion.
 MatrixX ActuationMonitor::matrix() {
-  const TreeEquation equation = dynamics_.tree_equation();
+  const dynamics::TreeEquation equation = dynamics_.tree_equation();
   const double length = characteristic_length(mechanism_);
   MatrixX out(equation.jacobian.rows() + equation.input.cols(), equation.jacobian.cols());
   out << equation.jacobian, equation.input.transpose();
@@ -488,17 +493,17 @@ MotionOutcome ActuationMonitor::check(double time, const VectorX& position, cons
   MotionOutcome outcome = dynamics_.set_state(time, position, velocity);
   if (outcome.status != MotionStatus::done) return outcome;
   if (static_cast<int>(mechanism_.actuators.size()) < dynamics_.freedoms()) return outcome;
-  const bool is_regular = rank_monitor_.factorise(matrix()) > singular_pivot_threshold;
+  const bool is_regular = rank_monitor_.factorise(matrix()) > numerics::singular_pivot_threshold;
   const bool has_crossed_singularity = has_previous_ && is_regular && rank_monitor_.loses_rank_since_stored();
   rank_monitor_.store();
   has_previous_ = true;
   if (is_regular && !has_crossed_singularity) return outcome;
   return {MotionStatus::actuation_singularity,
           time,
-          format_time_prefix(time) +
+          trajectory::format_time_prefix(time) +
               "actuation singularity: the mechanism reached a configuration in which the actuators do not determine "
               "its motion",
           {}};
 }
 
-}  // namespace balance
+}  // namespace balance::control

@@ -7,7 +7,7 @@
 
 #include <functional>
 
-namespace balance {
+namespace balance::control {
 
 struct ClosedLoopOptions {
   double hold_time =
@@ -34,5 +34,12 @@ inline constexpr double min_closed_loop_duration = 1e-12;
 ///        the run is too short
 RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                                const ClosedLoopOptions& options = {});
+
+}  // namespace balance::control
+
+namespace balance {
+
+using control::ClosedLoopOptions;
+using control::simulate_closed_loop;
 
 }  // namespace balance

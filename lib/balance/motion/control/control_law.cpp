@@ -11,9 +11,11 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::control {
 
-EffortProfile::EffortProfile(const EffortTable& table, const VectorX& limit) : effort_limit_(limit) {
+using study::ControllerType;
+
+EffortProfile::EffortProfile(const study::EffortTable& table, const VectorX& limit) : effort_limit_(limit) {
   if (table.time.empty() || table.effort.size() != table.time.size())
     throw std::invalid_argument("efforts over time need one row per time");
   make_pieces(table);
@@ -22,15 +24,15 @@ EffortProfile::EffortProfile(const EffortTable& table, const VectorX& limit) : e
   std::sort(knots_.begin(), knots_.end());
 }
 
-void EffortProfile::make_pieces(const EffortTable& table) {
+void EffortProfile::make_pieces(const study::EffortTable& table) {
   const std::size_t rows = table.time.size();
   const Eigen::Index actuators = table.effort.front().size();
   Samples values(static_cast<Eigen::Index>(rows), actuators), curvature = Samples::Zero(values.rows(), actuators);
   Samples slope = curvature;
   for (Eigen::Index k = 0; k < values.rows(); ++k) values.row(k) = table.effort[static_cast<std::size_t>(k)];
-  const bool is_spline = table.interpolation == EffortTable::Interpolation::spline && rows > 1;
+  const bool is_spline = table.interpolation == study::EffortTable::Interpolation::spline && rows > 1;
   if (is_spline) {
-    const CubicSpline spline(table.time, values, SplineEnd::not_a_knot);
+    const numerics::CubicSpline spline(table.time, values, numerics::SplineEnd::not_a_knot);
     VectorX value(actuators), first(actuators), second(actuators);
     for (Eigen::Index k = 0; k < values.rows(); ++k) {
       spline.at(table.time[static_cast<std::size_t>(k)], value, first, second);
@@ -161,7 +163,7 @@ MotionOutcome make_done() { return {MotionStatus::done, 0, "", {}}; }
 MotionOutcome make_actuation_failure(double time) {
   return {MotionStatus::actuation_singularity,
           time,
-          format_time_prefix(time) +
+          trajectory::format_time_prefix(time) +
               "actuation singularity: the actuators cannot give the mechanism the acceleration that the controller "
               "asks for",
           {}};
@@ -178,7 +180,7 @@ bool is_inverse_dynamics_based(const Controller& controller) {
   switch (controller.type) {
     case ControllerType::none: return false;
     case ControllerType::open_loop: return controller.efforts.time.empty();
-    case ControllerType::pd: return controller.gravity == GravityCompensation::compensated;
+    case ControllerType::pd: return controller.gravity == study::GravityCompensation::compensated;
     case ControllerType::computed_torque:
     case ControllerType::sliding_mode:
     case ControllerType::extended_sliding_mode: return true;
@@ -287,16 +289,16 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
 
 /// Minimum-norm motion of the coordinates that follow none, for given motions of the actuated ones.
 void ControlLaw::compute_coupling_map() {
-  const std::vector<ResolvedCouplingOf<double>> roots = resolve_couplings(model_mechanism_);
+  const std::vector<model::ResolvedCouplingOf<double>> roots = resolve_couplings(model_mechanism_);
   const auto count = static_cast<Eigen::Index>(roots.size());
   const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
   MatrixX expansion = MatrixX::Zero(count, count), actuated(actuators, count);
   for (Eigen::Index c = 0; c < count; ++c)
-    for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms)
+    for (const model::CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms)
       expansion(c, term.coordinate) = term.ratio;
   for (Eigen::Index a = 0; a < actuators; ++a)
     actuated.row(a) = expansion.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
-  coupling_map_ = expansion * CompleteOrthogonalDecomposition(actuated).pseudoInverse();
+  coupling_map_ = expansion * numerics::CompleteOrthogonalDecomposition(actuated).pseudoInverse();
 }
 
 /// Sets the model to the measured state.
@@ -315,8 +317,8 @@ MotionOutcome ControlLaw::update_model(double time, const VectorX& position, con
     return outcome;
   }
   outcome.time = time;
-  outcome.reason =
-      format_time_prefix(time) + "the controller's model does not fit the mechanism's actuators: " + outcome.reason;
+  outcome.reason = trajectory::format_time_prefix(time) +
+                   "the controller's model does not fit the mechanism's actuators: " + outcome.reason;
   return outcome;
 }
 
@@ -330,7 +332,8 @@ MotionOutcome ControlLaw::compute_efforts(double time, const DesiredState& desir
     case ControllerType::open_loop: is_solved = apply_open_loop(time, desired); break;
     case ControllerType::pd: {
       const TrackingErrors e = actuated_errors(desired, position, velocity);
-      if (controller_.gravity == GravityCompensation::compensated) is_solved = compensate_gravity(time, position);
+      if (controller_.gravity == study::GravityCompensation::compensated)
+        is_solved = compensate_gravity(time, position);
       efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
       break;
     }
@@ -356,7 +359,7 @@ namespace {
 /// The minimum-norm solution of A x = b.
 /// @return false if A does not have full row rank
 bool solve_full_row_rank(const MatrixX& A, const VectorX& b, VectorX& x) {
-  CompleteOrthogonalDecomposition factors;
+  numerics::CompleteOrthogonalDecomposition factors;
   factors.setThreshold(1e-10);
   factors.compute(A);
   if (factors.rank() < A.rows()) return false;
@@ -383,12 +386,12 @@ ControlLaw::TrackingErrors ControlLaw::actuated_errors(const DesiredState& desir
 
 /// Adds efforts that give the actuated coordinates these accelerations at the model's state.
 bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
-  const EquationOfMotion equation = model_.equation();
+  const dynamics::EquationOfMotion equation = model_.equation();
   VectorX rate_change;
   if (model_.independent() == mechanism_.actuators) {
     rate_change = actuated;
   } else {
-    const Transformation transformation = model_.transformation();
+    const dynamics::Transformation transformation = model_.transformation();
     const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
     MatrixX rows(motors, transformation.matrix.cols());
     VectorX right_hand_side(motors);
@@ -448,7 +451,8 @@ bool ControlLaw::apply_sliding_mode(const DesiredState& desired, const VectorX& 
 
 /// Errors of the tree's coordinates at the model's state. A coordinate without a measurement (of a spherical joint) has
 /// the error that the others' errors cause to first order.
-ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired, const Transformation& tree) const {
+ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired,
+                                                   const dynamics::Transformation& tree) const {
   const std::vector<CoordinateId>&columns = model_.tree(), &independent = model_.independent();
   const auto error = [&](int c) {
     const double e = desired.position[c] - state_[c];
@@ -480,7 +484,7 @@ ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired, 
 
 /// P0 eq. 56 and 61, or the identity projection.
 bool ControlLaw::apply_extended_sliding_mode(const DesiredState& desired) {
-  const Transformation tree = model_.tree_transformation();
+  const dynamics::Transformation tree = model_.tree_transformation();
   const TrackingErrors e = tree_errors(desired, tree);
   const double lambda = controller_.lambda.size() > 0 ? controller_.lambda[0] : controller_.natural_frequency();
   VectorX commanded_acceleration = e.acceleration + lambda * e.rate, unit(commanded_acceleration.size());
@@ -490,8 +494,8 @@ bool ControlLaw::apply_extended_sliding_mode(const DesiredState& desired) {
     commanded_acceleration[i] -=
         k_[0] * unit[i] * switching_function(-(e.rate[i] + lambda * e.position[i]), 0, unit[i]);
   }
-  if (controller_.projection == AccelerationProjection::inertia) {
-    const TreeEquation equation = model_.tree_equation();
+  if (controller_.projection == study::AccelerationProjection::inertia) {
+    const dynamics::TreeEquation equation = model_.tree_equation();
     return add_generalised_forces(tree.matrix.transpose() * (equation.mass * commanded_acceleration + equation.bias));
   }
   const MatrixX scaled = unit.cwiseInverse().asDiagonal() * tree.matrix;
@@ -499,7 +503,7 @@ bool ControlLaw::apply_extended_sliding_mode(const DesiredState& desired) {
   VectorX rate_change;
   if (!solve_full_row_rank(scaled.transpose() * scaled, scaled.transpose() * right_hand_side, rate_change))
     return false;
-  const EquationOfMotion equation = model_.equation();
+  const dynamics::EquationOfMotion equation = model_.equation();
   return add_generalised_forces(equation.mass * rate_change + equation.bias);
 }
 
@@ -531,4 +535,4 @@ void ControlLaw::saturate_efforts() {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::control

@@ -9,14 +9,14 @@
 #include <optional>
 #include <vector>
 
-namespace balance {
+namespace balance::control {
 
 /// Efforts given over time that act continuously: cubics between knots, limited by the actuators.
 class EffortProfile {
  public:
   /// @param limit maximum magnitude per actuator [N m or N]; empty: none
   /// @throws std::invalid_argument if a table has no rows, or a spline fewer than four
-  EffortProfile(const EffortTable& table, const VectorX& limit);
+  EffortProfile(const study::EffortTable& table, const VectorX& limit);
 
   /// @param effort one per actuator [N m or N]
   void evaluate(double time, VectorX& effort) const;
@@ -38,7 +38,7 @@ class EffortProfile {
     std::vector<Cubic> efforts;
   };
 
-  void make_pieces(const EffortTable& table);
+  void make_pieces(const study::EffortTable& table);
   void add_saturation_knots();
   const Piece& find_piece(double time) const;
   double evaluate_unsaturated(const Piece& piece, std::size_t actuator, double time) const;
@@ -103,7 +103,7 @@ class ControlLaw {
   void compute_coupling_map();
   MotionOutcome update_model(double time, const VectorX& position, const VectorX& velocity);
   TrackingErrors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
-  TrackingErrors tree_errors(const DesiredState& desired, const Transformation& tree) const;
+  TrackingErrors tree_errors(const DesiredState& desired, const dynamics::Transformation& tree) const;
   bool add_acceleration_efforts(const VectorX& actuated);
   bool add_generalised_forces(const VectorX& generalised);
   bool compensate_gravity(double time, const VectorX& position);
@@ -119,7 +119,7 @@ class ControlLaw {
   const Controller& controller_;
   const Mechanism& model_mechanism_;
   std::optional<EffortProfile> effort_profile_;  ///< for an open loop, without limits
-  ForwardDynamics model_;
+  dynamics::ForwardDynamics model_;
   double length_;          ///< characteristic [m]
   VectorX state_, rates_;  ///< of the model, per coordinate
   MatrixX coupling_map_;   ///< maps motions of the actuated coordinates to all coordinates coupled to them
@@ -132,4 +132,4 @@ class ControlLaw {
   std::vector<std::string> notes_;
 };
 
-}  // namespace balance
+}  // namespace balance::control

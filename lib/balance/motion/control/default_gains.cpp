@@ -10,7 +10,7 @@
 #include <numbers>
 #include <optional>
 
-namespace balance {
+namespace balance::control {
 
 namespace {
 
@@ -32,7 +32,7 @@ struct OperatingPoint {
 
 MatrixX compute_matrix_exponential(MatrixX A) {
   int halvings = 0;
-  for (; max_abs(A.cwiseAbs().rowwise().sum()) > 0.25 && halvings < 60; ++halvings) A /= 2;
+  for (; numerics::max_abs(A.cwiseAbs().rowwise().sum()) > 0.25 && halvings < 60; ++halvings) A /= 2;
   MatrixX sum = MatrixX::Identity(A.rows(), A.cols()), term = sum;
   for (int k = 1; k <= 12; ++k) sum += term = term * A / k;
   for (; halvings > 0; --halvings) sum = sum * sum;
@@ -67,8 +67,8 @@ class LinearisedPlant {
   std::optional<OperatingPoint> linearise(const DesiredState& state) {
     if (!set_state(state.position, state.velocity)) return {};
     const std::vector<CoordinateId> independent = model_.independent();
-    const EquationOfMotion equation = model_.equation();
-    const Transformation transformation = model_.transformation();
+    const dynamics::EquationOfMotion equation = model_.equation();
+    const dynamics::Transformation transformation = model_.transformation();
     const auto d = static_cast<Eigen::Index>(independent.size()), motors = equation.input.cols();
     OperatingPoint point;
     const Eigen::LLT<MatrixX> mass(equation.mass);
@@ -79,7 +79,7 @@ class LinearisedPlant {
     VectorX rate_change(d);
     for (Eigen::Index k = 0; k < d; ++k) rate_change[k] = state.acceleration[independent[static_cast<std::size_t>(k)]];
     const VectorX efforts =
-        CompleteOrthogonalDecomposition(equation.input).solve(equation.mass * rate_change + equation.bias);
+        numerics::CompleteOrthogonalDecomposition(equation.input).solve(equation.mass * rate_change + equation.bias);
     point.plant = MatrixX::Zero(2 * d, 2 * d);
     point.plant.topRightCorner(d, d).setIdentity();
     point.input = MatrixX::Zero(2 * d, motors);
@@ -100,7 +100,7 @@ class LinearisedPlant {
         return {};
       point.plant.col(k).tail(d) = (plus - minus) / (2 * step);
       point.plant.col(d + k).tail(d) = (rate_plus - rate_minus) / (2 * step);
-      if (controller_.gravity == GravityCompensation::ignored) continue;
+      if (controller_.gravity == study::GravityCompensation::ignored) continue;
       if (!gravity_efforts_at(state.position + perturbation, zero_velocity, plus) ||
           !gravity_efforts_at(state.position - perturbation, zero_velocity, minus))
         return {};
@@ -126,22 +126,22 @@ class LinearisedPlant {
   bool acceleration_at(const VectorX& position, const VectorX& velocity, const VectorX& efforts,
                        const std::vector<CoordinateId>& independent, VectorX& out) {
     if (!set_state(position, velocity) || model_.independent() != independent) return false;
-    const EquationOfMotion equation = model_.equation();
+    const dynamics::EquationOfMotion equation = model_.equation();
     out = Eigen::LLT<MatrixX>(equation.mass).solve(equation.input * efforts - equation.bias);
     return out.allFinite();
   }
 
   bool gravity_efforts_at(const VectorX& position, const VectorX& none, VectorX& out) {
     if (!set_state(position, none)) return false;
-    const EquationOfMotion equation = model_.equation();
-    out = CompleteOrthogonalDecomposition(equation.input).solve(equation.bias);
+    const dynamics::EquationOfMotion equation = model_.equation();
+    out = numerics::CompleteOrthogonalDecomposition(equation.input).solve(equation.bias);
     return out.allFinite();
   }
 
   const Mechanism mechanism_;
   const Controller& controller_;
   double length_;
-  ForwardDynamics model_;
+  dynamics::ForwardDynamics model_;
 };
 
 /// Spectral radius of the map (x, last measured position) → the same one period later, with efforts held.
@@ -152,7 +152,7 @@ double compute_closed_loop_spectral_radius(const OperatingPoint& point, const Co
   augmented.topLeftCorner(n, n) = point.plant * controller.period;
   augmented.topRightCorner(n, motors) = point.input * controller.period;
   const MatrixX transition = compute_matrix_exponential(augmented);
-  const bool uses_difference = controller.measurement.velocity == VelocitySource::difference;
+  const bool uses_difference = controller.measurement.velocity == study::VelocitySource::difference;
   MatrixX feedback = MatrixX::Zero(motors, n + motors);
   feedback.leftCols(d) = point.gravity_feedback - MatrixX(kp.asDiagonal()) * point.output;
   if (uses_difference) {
@@ -227,4 +227,4 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
   return best;
 }
 
-}  // namespace balance
+}  // namespace balance::control

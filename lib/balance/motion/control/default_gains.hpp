@@ -4,7 +4,7 @@
 
 #include "balance/motion/control/control_law.hpp"
 
-namespace balance {
+namespace balance::control {
 
 struct PdGains {
   VectorX kp, kd;  ///< per actuator [N m/rad or N/m; N m s/rad or N s/m]
@@ -20,4 +20,4 @@ struct PdGains {
 PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
                          const std::vector<DesiredState>& states);
 
-}  // namespace balance
+}  // namespace balance::control

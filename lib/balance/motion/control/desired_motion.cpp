@@ -4,32 +4,32 @@
 
 #include <stdexcept>
 
-namespace balance {
+namespace balance::control {
 
 namespace {
 
 template <class S>
 MotionOutcome displace_tool_in(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
                                double angle, VectorX& position) {
-  const auto [tree, plan] = CompiledMotion<S>(mechanism, trajectory);
+  const auto [tree, plan] = kinematics::CompiledMotion<S>(mechanism, trajectory);
   if (plan.outcome.status != MotionStatus::done) return plan.outcome;
-  PoseTarget pose;
+  trajectory::PoseTarget pose;
   pose.tool = Vector3::Zero();
-  if constexpr (std::is_same_v<S, Planar>)
+  if constexpr (std::is_same_v<S, kinematics::Planar>)
     if (plan.freedoms >= 3) pose.angle = 0;
-  const PoseEquations<S> equations = make_pose_equations(mechanism, tree, pose);
-  ConstraintSystem<S> system(tree, equations.drive);
+  const kinematics::PoseEquations<S> equations = make_pose_equations(mechanism, tree, pose);
+  kinematics::ConstraintSystem<S> system(tree, equations.drive);
   VectorX residual;
   MatrixX jacobian;
   system.evaluate(plan.start, equations.target, residual, jacobian);
-  const DriveSample from = system.measure(plan.start);
-  DriveSample to = from;
+  const trajectory::DriveSample from = system.measure(plan.start);
+  trajectory::DriveSample to = from;
   for (int i = 0; i < S::dimension; ++i) to.value[i] += displacement[i];
   if (pose.angle) to.value[S::dimension] += angle;
-  const AssemblySolution solution = track_to(system, plan.start, from, to);
+  const kinematics::AssemblySolution solution = track_to(system, plan.start, from, to);
   if (!solution.found) return {MotionStatus::unreachable, 0, "the initial error puts the tool out of reach", {}};
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const LinearQuantity& expression = tree.coordinate_expressions[c];
+    const kinematics::LinearQuantity& expression = tree.coordinate_expressions[c];
     if (expression.has_terms()) position[static_cast<Eigen::Index>(c)] = expression.value(solution.y.data());
   }
   return {MotionStatus::done, 0, "", {}};
@@ -38,26 +38,26 @@ MotionOutcome displace_tool_in(const Mechanism& mechanism, const Trajectory& tra
 }  // namespace
 
 double find_trajectory_duration(const Trajectory& trajectory) {
-  const auto* table = std::get_if<TablePath>(&trajectory.path);
+  const auto* table = std::get_if<trajectory::TablePath>(&trajectory.path);
   return table == nullptr || is_mechanism_dependent(trajectory.law.kind) ? trajectory.duration
                                                                          : table->time.back() - table->time.front();
 }
 
-MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
-                                   const std::vector<double>& times) {
+trajectory::MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                                               const std::vector<double>& times) {
   if (times.empty() || times.front() != 0) throw std::invalid_argument("a desired motion begins at time 0");
-  return dispatch_space(mechanism.space, [&]<class S>(S) {
-    const CompiledMotion<S> motion(mechanism, trajectory);
-    TreeMotionSource<S> source(mechanism, motion, trajectory.about, Detail::kinematics);
+  return kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
+    const kinematics::CompiledMotion<S> motion(mechanism, trajectory);
+    dynamics::TreeMotionSource<S> source(mechanism, motion, trajectory.about, dynamics::Detail::kinematics);
     return sample_motion(mechanism, source, times);
   });
 }
 
 MotionOutcome displace_tool(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
                             double angle, VectorX& position) {
-  return dispatch_space(mechanism.space, [&]<class S>(S) {
+  return kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
     return displace_tool_in<S>(mechanism, trajectory, displacement, angle, position);
   });
 }
 
-}  // namespace balance
+}  // namespace balance::control

@@ -6,15 +6,15 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::control {
 
 /// Duration of the trajectory [s]: its own, or its table's.
 double find_trajectory_duration(const Trajectory& trajectory);
 
 /// @param times increasing, from 0; beyond the trajectory's end its last pose is held
 /// @throws std::invalid_argument if trajectory and mechanism do not match
-MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
-                                   const std::vector<double>& times);
+trajectory::MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                                               const std::vector<double>& times);
 
 /// The start of the mechanism: its coordinates at the trajectory's start, with the tool displaced by the initial error.
 /// @param position per coordinate; in: before the displacement, out: after it
@@ -22,4 +22,4 @@ MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory&
 MotionOutcome displace_tool(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
                             double angle, VectorX& position);
 
-}  // namespace balance
+}  // namespace balance::control

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace balance {
+namespace balance::control {
 
 /// Step size control: Odeint's own rule, with powers that are the same on every processor.
 class StepSizeController : public boost::numeric::odeint::default_step_adjuster<double, double> {
@@ -62,4 +62,4 @@ class Integrator {
   State derivative_, new_derivative_, end_state_;
 };
 
-}  // namespace balance
+}  // namespace balance::control

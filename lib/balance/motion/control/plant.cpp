@@ -12,7 +12,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::control {
 
 void PlantOptions::validate() const {
   const auto require = [](bool condition, const char* what) {
@@ -27,7 +27,8 @@ void PlantOptions::validate() const {
 
 Plant::Plant(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about) {
   options.validate();
-  dispatch_space(mechanism.space, [&]<class S>(S) { implementation_ = make_plant<S>(mechanism, options, about); });
+  kinematics::dispatch_space(mechanism.space,
+                             [&]<class S>(S) { implementation_ = make_plant<S>(mechanism, options, about); });
 }
 
 Plant::~Plant() = default;
@@ -47,17 +48,19 @@ double Plant::time() const { return implementation_->time(); }
 const VectorX& Plant::position() const { return implementation_->position(); }
 const VectorX& Plant::velocity() const { return implementation_->velocity(); }
 VectorX Plant::acceleration(const VectorX& efforts) { return implementation_->acceleration(efforts); }
-EquationOfMotion Plant::equation() { return implementation_->equation(); }
+dynamics::EquationOfMotion Plant::equation() { return implementation_->equation(); }
 const Sample& Plant::observe(const VectorX& efforts) { return implementation_->observe(efforts); }
-const TermMagnitudes& Plant::term_sizes() const { return implementation_->term_sizes(); }
-const TermMagnitudes& Plant::term_sizes_over_mobility() const { return implementation_->term_sizes_over_mobility(); }
+const results::TermMagnitudes& Plant::term_sizes() const { return implementation_->term_sizes(); }
+const results::TermMagnitudes& Plant::term_sizes_over_mobility() const {
+  return implementation_->term_sizes_over_mobility();
+}
 const PlantCost& Plant::cost() const { return implementation_->cost(); }
 const std::vector<std::string>& Plant::notes() const { return implementation_->notes(); }
 
 namespace {
 
 /// A start keeps the actuated coordinates unless others are preferred. Friction is not regularised.
-ForwardOptions make_plant_dynamics_options(const Mechanism& mechanism, ForwardOptions options) {
+dynamics::ForwardOptions make_plant_dynamics_options(const Mechanism& mechanism, dynamics::ForwardOptions options) {
   options.friction_regularisation_speed = 0;
   if (options.preferred.empty()) options.preferred = mechanism.actuators;
   return options;
@@ -65,10 +68,10 @@ ForwardOptions make_plant_dynamics_options(const Mechanism& mechanism, ForwardOp
 
 /// Columns that are part of a loop.
 template <class S>
-std::vector<ColumnId> find_loop_columns(const Tree<S>& tree) {
+std::vector<kinematics::ColumnId> find_loop_columns(const kinematics::Tree<S>& tree) {
   std::set<int> columns;
-  for (const Closure<S>& closure : tree.closures)
-    for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
+  for (const kinematics::Closure<S>& closure : tree.closures)
+    for (const kinematics::PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
   columns.erase(-1);
   return {columns.begin(), columns.end()};
 }
@@ -79,7 +82,7 @@ template <class S>
 PlantOf<S>::PlantOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about)
     : mechanism_(mechanism),
       options_(options),
-      about_(to_vector<S>(about)),
+      about_(kinematics::to_vector<S>(about)),
       loops_(mechanism, make_plant_dynamics_options(mechanism, options.dynamics)),
       column_coordinates_(find_column_coordinates(loops_.tree())),
       matrix_columns_(find_loop_columns(loops_.tree())),
@@ -112,7 +115,7 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   evaluator_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
   const double free_fall =
       mechanism_.gravity.norm() / loops_.tree().characteristic_length;  // acceleration of free fall
-  magnitude_recorder_.emplace(mechanism_, loops_.tree(), about_, RestScale{std::sqrt(free_fall), free_fall});
+  magnitude_recorder_.emplace(mechanism_, loops_.tree(), about_, dynamics::RestScale{std::sqrt(free_fall), free_fall});
   ddy_.setZero();
   pack_state();
   step_start_x_ = x_;
@@ -203,10 +206,10 @@ VectorX PlantOf<S>::acceleration(const VectorX& efforts) {
 }
 
 template <class S>
-EquationOfMotion PlantOf<S>::equation() {
+dynamics::EquationOfMotion PlantOf<S>::equation() {
   evaluate(efforts_);
   const int d = loops_.freedoms();
-  EquationOfMotion out{loops_.reduced_mass(), loops_.reduced_bias(), MatrixX::Zero(d, efforts_.size())};
+  dynamics::EquationOfMotion out{loops_.reduced_mass(), loops_.reduced_bias(), MatrixX::Zero(d, efforts_.size())};
   for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
     for (const auto& [column, ratio] : loops_.tree().coordinate_expressions[mechanism_.actuators[a]].terms)
       for (int k = 0; k < d; ++k) out.input(k, a) += ratio * loops_.transformation()[column * d + k];
@@ -242,13 +245,13 @@ void PlantOf<S>::update_coordinates() {
 template <class S>
 void PlantOf<S>::make_notes() {
   notes_.clear();
-  if (loops_.has_redundant_closures()) notes_.push_back(describe_over_constraint());
-  for (const PassiveFreedom& spin : loops_.tree().locked_freedoms)
-    notes_.push_back(describe_locked_freedom(mechanism_, spin));
+  if (loops_.has_redundant_closures()) notes_.push_back(trajectory::describe_over_constraint());
+  for (const model::PassiveFreedom& spin : loops_.tree().locked_freedoms)
+    notes_.push_back(trajectory::describe_locked_freedom(mechanism_, spin));
 }
 
-template class PlantOf<Planar>;
-template class PlantOf<Spatial>;
+template class PlantOf<kinematics::Planar>;
+template class PlantOf<kinematics::Spatial>;
 
 // Integration of the plant: every step ends on the closures.
 
@@ -409,8 +412,8 @@ bool PlantOf<S>::can_have_crossed_singularity(double step) {
     max_displacement =
         std::max(max_displacement, std::max(std::abs(y_[c] / loops_.scale()[c] - step_start_x_[c]), step * rate));
   }
-  return !(max_displacement * max_displacement <= max_matrix_curvature * loops_.regularity()) ||
-         !loops_.near_kept(max_matrix_change);
+  return !(max_displacement * max_displacement <= numerics::max_matrix_curvature * loops_.regularity()) ||
+         !loops_.near_kept(numerics::max_matrix_change);
 }
 
 template <class S>
@@ -425,7 +428,7 @@ bool PlantOf<S>::choose_independent_columns() {
 /// Whether the integration stopped because numbers exceed bounds that no mechanism reaches.
 template <class S>
 bool PlantOf<S>::overflows() {
-  const auto exceeds = [](const VectorX& v, double bound) { return v.size() > 0 && !(max_abs(v) < bound); };
+  const auto exceeds = [](const VectorX& v, double bound) { return v.size() > 0 && !(numerics::max_abs(v) < bound); };
   if (exceeds(efforts_, overflow_limit) || exceeds(y_, overflow_limit) || exceeds(dy_, overflow_limit)) return true;
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
   loops_.accelerate(time_, dy_.data(), efforts_.data(), ddy_.data());
@@ -436,12 +439,12 @@ template <class S>
 MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   unpack_state(step_start_x_);
   update_coordinates();
-  if (overflows()) return make_overflow_outcome(time_, "the motion under these efforts");
+  if (overflows()) return trajectory::make_overflow_outcome(time_, "the motion under these efforts");
   if (status != MotionStatus::constraint_singularity &&
       (!choose_independent_columns() || loops_.closure_regularity() < singular_closure_threshold))
     status = MotionStatus::constraint_singularity;
   std::string reason = "the integration cannot continue: its steps became too short";
-  const std::string flat_disc = describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
+  const std::string flat_disc = trajectory::describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
   if (status == MotionStatus::constraint_singularity) {
     reason = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
   } else if (cost_.steps + cost_.rejected >= options_.max_steps) {
@@ -452,7 +455,8 @@ MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   if (!flat_disc.empty()) reason += ": " + flat_disc;
   return {status,
           time_,
-          format_time_prefix(time_) + reason + "; configuration: " + format_configuration(mechanism_, position_),
+          trajectory::format_time_prefix(time_) + reason +
+              "; configuration: " + kinematics::format_configuration(mechanism_, position_),
           {}};
 }
 
@@ -468,8 +472,8 @@ MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   template bool PlantOf<S>::choose_independent_columns();                                         \
   template bool PlantOf<S>::overflows();                                                          \
   template MotionOutcome PlantOf<S>::stop(MotionStatus);
-BALANCE_INSTANTIATE(Planar)
-BALANCE_INSTANTIATE(Spatial)
+BALANCE_INSTANTIATE(kinematics::Planar)
+BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE
 
-}  // namespace balance
+}  // namespace balance::control

@@ -6,14 +6,14 @@
 #include "balance/mechanics/trajectory/motion_sample.hpp"
 #include "balance/motion/control/control_law.hpp"
 
-namespace balance {
+namespace balance::control {
 
 struct PlantOptions {
   double relative_tolerance = 1e-9;   ///< of every coordinate and rate per step, in (0, 1e-2]
   double absolute_tolerance = 1e-11;  ///< the same in rad, characteristic lengths, and these per second; positive
   double max_step = 0.05;             ///< [s], positive
   long max_steps = 5'000'000;         ///< of all advances together, including rejected ones; positive
-  ForwardOptions dynamics;
+  dynamics::ForwardOptions dynamics;
 
   /// @throws std::invalid_argument if an option is out of range
   void validate() const;
@@ -58,12 +58,12 @@ class Plant {
 
   /// At the current state. Joints with dry friction at rest stick or break loose under these efforts:
   VectorX acceleration(const VectorX& efforts);  ///< per mechanism coordinate
-  EquationOfMotion equation();                   ///< without the friction of sticking joints
+  dynamics::EquationOfMotion equation();         ///< without the friction of sticking joints
   const Sample& observe(const VectorX& efforts);
 
   /// Maximum magnitudes of terms at all states observed since the start.
-  const TermMagnitudes& term_sizes() const;
-  const TermMagnitudes& term_sizes_over_mobility()
+  const results::TermMagnitudes& term_sizes() const;
+  const results::TermMagnitudes& term_sizes_over_mobility()
       const;  ///< the same, each divided by the mobility of its state if that is below one
 
   const PlantCost& cost() const;
@@ -76,4 +76,4 @@ class Plant {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace balance
+}  // namespace balance::control

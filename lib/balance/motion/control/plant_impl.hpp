@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::control {
 
 class Plant::Implementation {
  public:
@@ -22,10 +22,10 @@ class Plant::Implementation {
   virtual const VectorX& position() const = 0;
   virtual const VectorX& velocity() const = 0;
   virtual VectorX acceleration(const VectorX& efforts) = 0;
-  virtual EquationOfMotion equation() = 0;
+  virtual dynamics::EquationOfMotion equation() = 0;
   virtual const Sample& observe(const VectorX& efforts) = 0;
-  virtual const TermMagnitudes& term_sizes() const = 0;
-  virtual const TermMagnitudes& term_sizes_over_mobility() const = 0;
+  virtual const results::TermMagnitudes& term_sizes() const = 0;
+  virtual const results::TermMagnitudes& term_sizes_over_mobility() const = 0;
   virtual const PlantCost& cost() const = 0;
   virtual const std::vector<std::string>& notes() const = 0;
 };
@@ -44,10 +44,10 @@ class PlantOf : public Plant::Implementation {
   const VectorX& position() const override { return position_; }
   const VectorX& velocity() const override { return velocity_; }
   VectorX acceleration(const VectorX& efforts) override;
-  EquationOfMotion equation() override;
+  dynamics::EquationOfMotion equation() override;
   const Sample& observe(const VectorX& efforts) override;
-  const TermMagnitudes& term_sizes() const override { return magnitude_recorder_->magnitudes(); }
-  const TermMagnitudes& term_sizes_over_mobility() const override {
+  const results::TermMagnitudes& term_sizes() const override { return magnitude_recorder_->magnitudes(); }
+  const results::TermMagnitudes& term_sizes_over_mobility() const override {
     return magnitude_recorder_->amplified_magnitudes();
   }
   const PlantCost& cost() const override { return cost_; }
@@ -57,7 +57,7 @@ class PlantOf : public Plant::Implementation {
   /// Thrown if the integration cannot continue to a state: another branch, a singularity, or NaN.
   struct StateRejected {};
 
-  TreeMotion<S> instant() { return {loops_.state(), y_.data(), dy_.data(), ddy_.data(), time_, false}; }
+  dynamics::TreeMotion<S> instant() { return {loops_.state(), y_.data(), dy_.data(), ddy_.data(), time_, false}; }
   void require_started(const VectorX& efforts) const;
   void evaluate(const VectorX& efforts);
   void update_coordinates();
@@ -91,11 +91,11 @@ class PlantOf : public Plant::Implementation {
   const Mechanism& mechanism_;
   PlantOptions options_;
   typename S::Vector about_;
-  LoopDynamics<S> loops_;
+  dynamics::LoopDynamics<S> loops_;
   std::vector<CoordinateId> column_coordinates_, independent_;
-  std::vector<ColumnId> matrix_columns_;  ///< tree columns on which the closures' matrix depends
-  std::optional<SampleEvaluator<S>> evaluator_;
-  std::optional<TermMagnitudeRecorder<S>> magnitude_recorder_;
+  std::vector<kinematics::ColumnId> matrix_columns_;  ///< tree columns on which the closures' matrix depends
+  std::optional<dynamics::SampleEvaluator<S>> evaluator_;
+  std::optional<dynamics::TermMagnitudeRecorder<S>> magnitude_recorder_;
   Integrator integrator_;
   double time_ = 0, step_;
   double max_rate_ = 0;            ///< largest rate of any coordinate so far [rad/s, characteristic lengths per second]
@@ -122,7 +122,7 @@ std::unique_ptr<Plant::Implementation> make_plant(const Mechanism& mechanism, co
   return std::make_unique<PlantOf<S>>(mechanism, options, about);
 }
 
-extern template class PlantOf<Planar>;
-extern template class PlantOf<Spatial>;
+extern template class PlantOf<kinematics::Planar>;
+extern template class PlantOf<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::control

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::control {
 
 namespace {
 
@@ -30,10 +30,10 @@ template <class S>
 bool PlantOf<S>::update_friction(const VectorX& efforts) {
   if (!loops_.has_dry_friction()) return true;
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
-  const FrictionChange change =
+  const dynamics::FrictionChange change =
       loops_.decide_friction(time_, dy_.data(), efforts.data(), rest_rate_fraction * max_rate_);
-  if (change != FrictionChange::none) integrator_.restart();
-  if (change != FrictionChange::sticking_set) return true;
+  if (change != dynamics::FrictionChange::none) integrator_.restart();
+  if (change != dynamics::FrictionChange::sticking_set) return true;
   step_start_x_ = x_;
   const bool is_regular = choose_independent_columns();
   pack_state();
@@ -70,7 +70,7 @@ bool PlantOf<S>::step_without_error_control(double step) {
 template <class S>
 double PlantOf<S>::find_rate_minimum(double step) const {
   double first = 0;
-  for (const JointFriction& joint : loops_.frictions()) {
+  for (const dynamics::JointFriction& joint : loops_.frictions()) {
     if (!joint.has_dry_friction() || joint.is_sticking) continue;
     const double unit = joint.slip_direction * joint.ratio();
     const double begin_rate = unit * step_start_x_[loops_.columns() + joint.column()] * loops_.scale()[joint.column()],
@@ -198,8 +198,8 @@ bool PlantOf<S>::handle_event() {
   template bool PlantOf<S>::has_event_within(double, double&, double&); \
   template bool PlantOf<S>::locate_event(double, double&);              \
   template bool PlantOf<S>::handle_event();
-BALANCE_INSTANTIATE(Planar)
-BALANCE_INSTANTIATE(Spatial)
+BALANCE_INSTANTIATE(kinematics::Planar)
+BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE
 
-}  // namespace balance
+}  // namespace balance::control

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::control {
 
-Sensor::Sensor(const Measurement& measurement, double period)
+Sensor::Sensor(const study::Measurement& measurement, double period)
     : measurement_(measurement), period_(period), random_(measurement.seed) {}
 
 /// Standard normal, by Marsaglia's polar method: std::normal_distribution differs between libraries.
@@ -30,17 +30,17 @@ double Sensor::draw_standard_normal() {
 void Sensor::read(const VectorX& position, const VectorX& velocity, const VectorX& first_rate) {
   position_ = position;
   velocity_ = velocity;
-  const Measurement& m = measurement_;
+  const study::Measurement& m = measurement_;
   for (Eigen::Index a = 0; a < position.size(); ++a) {
     if (m.position_noise.size() > 0) position_[a] += m.position_noise[a] * draw_standard_normal();
     if (m.position_step.size() > 0 && m.position_step[a] > 0)
       position_[a] = m.position_step[a] * std::round(position_[a] / m.position_step[a]);
     if (m.velocity_noise.size() > 0) velocity_[a] += m.velocity_noise[a] * draw_standard_normal();
   }
-  if (m.velocity == VelocitySource::difference)
+  if (m.velocity == study::VelocitySource::difference)
     velocity_ = is_first_reading_ ? first_rate : VectorX((position_ - previous_position_) / period_);
   previous_position_ = position_;
   is_first_reading_ = false;
 }
 
-}  // namespace balance
+}  // namespace balance::control

@@ -4,13 +4,13 @@
 #include "balance/foundation/numerics/random.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 
-namespace balance {
+namespace balance::control {
 
 class Sensor {
  public:
   /// @param measurement must outlive the sensor
   /// @param period time between two readings [s]
-  Sensor(const Measurement& measurement, double period);
+  Sensor(const study::Measurement& measurement, double period);
 
   /// One reading of the actuated coordinates.
   /// @param first_rate result of a differentiating sensor before it has two positions: the desired rate
@@ -22,13 +22,13 @@ class Sensor {
  private:
   double draw_standard_normal();
 
-  const Measurement& measurement_;
+  const study::Measurement& measurement_;
   double period_;
-  UniformRandom random_;
+  numerics::UniformRandom random_;
   double cached_normal_ = 0;
   bool has_cached_normal_ = false;
   bool is_first_reading_ = true;
   VectorX position_, velocity_, previous_position_;
 };
 
-}  // namespace balance
+}  // namespace balance::control

@@ -11,16 +11,16 @@
 #include <variant>
 #include <vector>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
 template <class S>
 std::vector<CoordinateValue> find_start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
-  const PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
-  ConstraintSystem<S> system(tree, start_equations.drive);
-  const AssemblySolution start = solve_pose(mechanism, tree, system, start_equations.target);
+  const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const kinematics::PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
+  kinematics::ConstraintSystem<S> system(tree, start_equations.drive);
+  const kinematics::AssemblySolution start = solve_pose(mechanism, tree, system, start_equations.target);
   std::vector<CoordinateValue> values;
   if (!start.found) return values;
   const std::vector<double> coordinates = compute_coordinates(mechanism, tree, start.y);
@@ -31,7 +31,8 @@ std::vector<CoordinateValue> find_start_coordinates(const Mechanism& mechanism, 
 }  // namespace
 
 std::vector<CoordinateValue> start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
-  return dispatch_space(mechanism.space, [&]<class S>(S) { return find_start_coordinates<S>(mechanism, trajectory); });
+  return kinematics::dispatch_space(mechanism.space,
+                                    [&]<class S>(S) { return find_start_coordinates<S>(mechanism, trajectory); });
 }
 
 std::vector<CoordinateValue> start_coordinates(const Study& study) {
@@ -48,11 +49,11 @@ namespace {
 
 /// Configuration at the start of a run, even if the run fails later.
 template <class S>
-ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const CompiledMotion<S> motion(mechanism, trajectory);
-  TreeMotionSource<S> source(mechanism, motion, trajectory.about, Detail::kinematics);
+kinematics::ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+  const kinematics::CompiledMotion<S> motion(mechanism, trajectory);
+  dynamics::TreeMotionSource<S> source(mechanism, motion, trajectory.about, dynamics::Detail::kinematics);
   if (!source.begin()) return {source.outcome(), {}};
-  ConfigurationResult result;
+  kinematics::ConfigurationResult result;
   result.outcome.status = MotionStatus::done;
   const std::vector<double> q = compute_coordinates(
       mechanism, source.tree(), Eigen::Map<const VectorX>(source.stepper().y(), source.tree().columns));
@@ -62,25 +63,25 @@ ConfigurationResult find_first_configuration(const Mechanism& mechanism, const T
 
 }  // namespace
 
-ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
   // a table contains its start; if rates are constrained, `from` may leave the configuration to `assembly`
-  if (std::holds_alternative<TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
-    const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
+  if (std::holds_alternative<trajectory::TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
+    const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
     if (resolved.outcome.status != MotionStatus::done) return {resolved.outcome, {}};
-    return dispatch_space(mechanism.space,
-                          [&]<class S>(S) { return find_first_configuration<S>(mechanism, resolved.trajectory); });
+    return kinematics::dispatch_space(
+        mechanism.space, [&]<class S>(S) { return find_first_configuration<S>(mechanism, resolved.trajectory); });
   }
-  return solve_configuration(mechanism, trajectory.from);
+  return kinematics::solve_configuration(mechanism, trajectory.from);
 }
 
-ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
+kinematics::ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
   trajectory.samples = 2;
   RunResult run = simulate(mechanism, trajectory);
-  ConfigurationResult result{std::move(run.outcome), {}};
+  kinematics::ConfigurationResult result{std::move(run.outcome), {}};
   if (result.outcome.status != MotionStatus::done) return result;
   for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c)
     result.coordinates.push_back({static_cast<int>(c), run.joint_position(run.joint_position.rows() - 1, c)});
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::simulation {
 
 /// All coordinates in the trajectory's start pose, in the assembly mode that the spec selects, whether or not the
 /// trajectory can be followed; empty if the pose cannot be reached.
@@ -22,9 +22,9 @@ Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& 
 // Configurations at the beginning and the end of a trajectory.
 
 /// Computed without a run if the trajectory's `from` determines it.
-ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
+kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
 
 /// In the assembly mode in which a run arrives.
-ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory);
+kinematics::ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory);
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
@@ -23,7 +23,7 @@ bool depends_on_assembly_mode(MotionStatus status) {
 
 /// Whether the motion is possible from there, by a run with two samples.
 template <class S>
-bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree,
+bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajectory, const kinematics::Tree<S>& tree,
                          const std::vector<double>& mode) {
   Mechanism assembled = mechanism;
   assembled.assembly.clear();
@@ -36,16 +36,16 @@ bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajector
 
 template <class S>
 std::string describe_feasible_modes_in(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
   if (tree.closures.empty() || tree.columns > max_mode_columns) return "";
-  const PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
-  ConstraintSystem<S> system(tree, start_equations.drive);
-  const AssemblySolution selected = solve_pose(mechanism, tree, system, start_equations.target);
+  const kinematics::PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
+  kinematics::ConstraintSystem<S> system(tree, start_equations.drive);
+  const kinematics::AssemblySolution selected = solve_pose(mechanism, tree, system, start_equations.target);
   // a pose that leaves freedoms open has a continuum of solutions, not modes
   if (!selected.found ||
       start_equations.drive.row_count() < tree.columns - find_generic_position_rank(tree, selected.y))
     return "";
-  AssemblyModes<S> modes(mechanism, tree, system, start_equations.target, selected.y);
+  kinematics::AssemblyModes<S> modes(mechanism, tree, system, start_equations.target, selected.y);
   for (std::uint64_t start = 1; start <= max_mode_starts; ++start) modes.search_from(start);
   const std::size_t others = modes.modes().size() - 1;
   if (others == 0) return "";
@@ -64,8 +64,8 @@ std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory
   if (!depends_on_assembly_mode(outcome.status) || has_velocity_constraints(mechanism) ||
       is_mechanism_dependent(trajectory))
     return "";
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return describe_feasible_modes_in<S>(mechanism, trajectory); });
+  return kinematics::dispatch_space(mechanism.space,
+                                    [&]<class S>(S) { return describe_feasible_modes_in<S>(mechanism, trajectory); });
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace balance {
+namespace balance::simulation {
 
 /// Text to append to the reason of a failure: "; another assembly mode can make this motion: assembly: {B: -1.2}".
 /// Empty if the failure does not depend on the assembly mode, or there is only one.
@@ -15,4 +15,4 @@ namespace balance {
 std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory& trajectory,
                                     const MotionOutcome& outcome);
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -4,29 +4,29 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
 /// Smaller pivots are left to the stepper, which then examines how near to a singularity the motion comes.
-constexpr double min_group_pivot = 8 * near_singular_pivot_threshold;
+constexpr double min_group_pivot = 8 * numerics::near_singular_pivot_threshold;
 constexpr double max_middle_angle =
     0.99;  // of a spherical joint's middle angle [rad]; the stepper resets the reference from 1 on
 constexpr int max_backoff = 63;
 
-std::unique_ptr<GroupSolver<Planar>> make_group_solver(InstructionSet instruction_set,
-                                                       const GroupSetup<Planar>& setup) {
-  return lane_kernels(instruction_set).planar_motion(setup);
+std::unique_ptr<lanes::GroupSolver<kinematics::Planar>> make_group_solver(
+    InstructionSet instruction_set, const lanes::GroupSetup<kinematics::Planar>& setup) {
+  return lanes::lane_kernels(instruction_set).planar_motion(setup);
 }
-std::unique_ptr<GroupSolver<Spatial>> make_group_solver(InstructionSet instruction_set,
-                                                        const GroupSetup<Spatial>& setup) {
-  return lane_kernels(instruction_set).spatial_motion(setup);
+std::unique_ptr<lanes::GroupSolver<kinematics::Spatial>> make_group_solver(
+    InstructionSet instruction_set, const lanes::GroupSetup<kinematics::Spatial>& setup) {
+  return lanes::lane_kernels(instruction_set).spatial_motion(setup);
 }
 
 }  // namespace
 
 template <class S>
-GroupStepper<S>::GroupStepper(TreeMotionSource<S>& source, long samples, InstructionSet instruction_set)
+GroupStepper<S>::GroupStepper(dynamics::TreeMotionSource<S>& source, long samples, InstructionSet instruction_set)
     : source_(source),
       tree_(source.tree()),
       plan_(source.plan()),
@@ -37,15 +37,15 @@ GroupStepper<S>::GroupStepper(TreeMotionSource<S>& source, long samples, Instruc
       is_explicit_(stepper_.is_explicit()),
       can_use_groups_(!plan_.has_redundant_closures && tree_.position_rows == tree_.closure_rows &&
                       !stepper_.equations().structurally_singular() && tree_.columns > 0 &&
-                      tree_.columns <= max_dense_columns && observer_.can_use_lanes()),
+                      tree_.columns <= numerics::max_dense_columns && observer_.can_use_lanes()),
       sample_(&observer_.sample()) {
-  groups_.fill(GroupCoordinates(tree_.columns));
-  job_.coordinates = GroupCoordinates(tree_.columns);
+  groups_.fill(lanes::GroupCoordinates(tree_.columns));
+  job_.coordinates = lanes::GroupCoordinates(tree_.columns);
   for (auto* numbers : {&job_.value, &job_.rate, &job_.acceleration})
-    numbers->resize(static_cast<std::size_t>(plan_.drive.value_count()) * group_size);
-  job_.rotation.resize(std::size_t{9} * group_size);
+    numbers->resize(static_cast<std::size_t>(plan_.drive.value_count()) * lanes::group_size);
+  job_.rotation.resize(std::size_t{9} * lanes::group_size);
   for (auto* numbers : {&job_.angular_velocity, &job_.angular_acceleration})
-    numbers->resize(std::size_t{3} * group_size);
+    numbers->resize(std::size_t{3} * lanes::group_size);
   job_.samples.fill(observer_.sample());
   for (VectorX* values : {&coordinate_sample_.y, &coordinate_sample_.dy, &coordinate_sample_.ddy})
     values->setZero(tree_.columns);
@@ -64,8 +64,8 @@ bool GroupStepper<S>::begin() {
 template <class S>
 bool GroupStepper<S>::advance(double time) {
   is_at_even_step_ = step_ <= times_.steps && time == times_.time_of(step_);
-  if (next_in_group_ == group_size && is_at_even_step_ && try_group()) next_in_group_ = 0;
-  in_group_ = next_in_group_ < group_size;
+  if (next_in_group_ == lanes::group_size && is_at_even_step_ && try_group()) next_in_group_ = 0;
+  in_group_ = next_in_group_ < lanes::group_size;
   if (in_group_) {
     adopt_next();
     return true;
@@ -83,11 +83,11 @@ bool GroupStepper<S>::advance(double time) {
 }
 
 template <class S>
-void GroupStepper<S>::update_accelerations(Side side) {
+void GroupStepper<S>::update_accelerations(trajectory::Side side) {
   synchronise_stepper();
   in_group_ = false;
   stepper_.update_accelerations(side);
-  if (side == Side::before) return;
+  if (side == trajectory::Side::before) return;
   restart();
   record_step();
 }
@@ -117,13 +117,13 @@ void GroupStepper<S>::synchronise_stepper() {
 template <class S>
 void GroupStepper<S>::record_step() {
   if (!can_use_groups_ || !is_at_even_step_) return;
-  GroupCoordinates& current_group = groups_[0];
+  lanes::GroupCoordinates& current_group = groups_[0];
   for (int c = 0; c < tree_.columns; ++c) {
-    const int index = c * group_size + recorded_count_;
+    const int index = c * lanes::group_size + recorded_count_;
     current_group.y[index] = stepper_.y()[c], current_group.dy[index] = stepper_.dy()[c],
     current_group.ddy[index] = stepper_.ddy()[c];
   }
-  if (++recorded_count_ < group_size) return;
+  if (++recorded_count_ < lanes::group_size) return;
   std::rotate(groups_.begin(), groups_.end() - 1, groups_.end());
   history_count_ = std::min(history_count_ + 1, 3);
   recorded_count_ = 0;
@@ -131,11 +131,12 @@ void GroupStepper<S>::record_step() {
 
 template <class S>
 bool GroupStepper<S>::try_group() {
-  if (!can_use_groups_ || history_count_ == 0 || recorded_count_ > 0 || step_ + group_size - 1 > times_.steps)
+  if (!can_use_groups_ || history_count_ == 0 || recorded_count_ > 0 || step_ + lanes::group_size - 1 > times_.steps)
     return false;
   const std::vector<double>& jumps = plan_.prescribed_motion->jump_times();
   const auto jump = std::upper_bound(jumps.begin(), jumps.end(), time() + 1e-9 * times_.duration);
-  if (jump != jumps.end() && *jump <= times_.time_of(step_ + group_size - 1) + 1e-9 * times_.duration) return false;
+  if (jump != jumps.end() && *jump <= times_.time_of(step_ + lanes::group_size - 1) + 1e-9 * times_.duration)
+    return false;
   if (remaining_skips_ > 0) {
     --remaining_skips_;
     return false;
@@ -154,8 +155,9 @@ bool GroupStepper<S>::solve_group() {
   if (!sample_drive(time())) return false;
   if (!group_solver_) {
     group_solver_ = make_group_solver(
-        instruction_set_, GroupSetup<S>{source_.mechanism(), tree_, plan_.drive, observer_.actuation(), source_.about(),
-                                        stepper_.residual_tolerance(), stepper_.matrix_columns(), is_explicit_});
+        instruction_set_,
+        lanes::GroupSetup<S>{source_.mechanism(), tree_, plan_.drive, observer_.actuation(), source_.about(),
+                             stepper_.residual_tolerance(), stepper_.matrix_columns(), is_explicit_});
     is_solver_started_ = false;
   }
   if (!is_solver_started_) {
@@ -176,12 +178,13 @@ bool GroupStepper<S>::solve_group() {
 template <class S>
 bool GroupStepper<S>::sample_drive(double before) {
   const auto scatter = [](const auto& from, int l, std::vector<double>& to) {
-    for (Eigen::Index k = 0; k < from.size(); ++k) to[static_cast<std::size_t>(k * group_size + l)] = from.data()[k];
+    for (Eigen::Index k = 0; k < from.size(); ++k)
+      to[static_cast<std::size_t>(k * lanes::group_size + l)] = from.data()[k];
   };
-  for (int l = 0; l < group_size; ++l) {
+  for (int l = 0; l < lanes::group_size; ++l) {
     const double time = times_.time_of(step_ + l);
     if (!is_explicit_ && time - before > (1 + 1e-6) * plan_.prescribed_motion->max_step(before)) return false;
-    plan_.prescribed_motion->at(time, Side::after, drive_);
+    plan_.prescribed_motion->at(time, trajectory::Side::after, drive_);
     scatter(drive_.value, l, job_.value);
     scatter(drive_.rate, l, job_.rate);
     scatter(drive_.acceleration, l, job_.acceleration);
@@ -199,13 +202,13 @@ bool GroupStepper<S>::sample_drive(double before) {
 template <class S>
 bool GroupStepper<S>::is_accepted() const {
   if (is_explicit_) return true;
-  for (std::size_t l = 0; l < group_size; ++l) {
+  for (std::size_t l = 0; l < lanes::group_size; ++l) {
     const double pivot = std::min(job_.pivot[l], job_.hold_pivot[l]);
-    if (!(pivot >= min_group_pivot && job_.distance[l] * job_.distance[l] <= max_matrix_curvature * pivot))
+    if (!(pivot >= min_group_pivot && job_.distance[l] * job_.distance[l] <= numerics::max_matrix_curvature * pivot))
       return false;
-    for (const NodeId spherical : tree_.spherical_joints) {
+    for (const kinematics::NodeId spherical : tree_.spherical_joints) {
       const auto column = static_cast<std::size_t>(tree_.nodes[static_cast<std::size_t>(spherical) + 1].column);
-      const double middle = std::remainder(job_.coordinates.y[column * group_size + l], 2 * std::numbers::pi);
+      const double middle = std::remainder(job_.coordinates.y[column * lanes::group_size + l], 2 * std::numbers::pi);
       if (!(std::abs(middle) < max_middle_angle)) return false;
     }
   }
@@ -217,7 +220,7 @@ template <class S>
 void GroupStepper<S>::adopt_next() {
   const auto l = static_cast<std::size_t>(next_in_group_);
   for (int c = 0; c < tree_.columns; ++c) {
-    const std::size_t index = static_cast<std::size_t>(c) * group_size + l;
+    const std::size_t index = static_cast<std::size_t>(c) * lanes::group_size + l;
     coordinate_sample_.y[c] = job_.coordinates.y[index], coordinate_sample_.dy[c] = job_.coordinates.dy[index],
     coordinate_sample_.ddy[c] = job_.coordinates.ddy[index];
   }
@@ -229,7 +232,7 @@ void GroupStepper<S>::adopt_next() {
   is_stepper_behind_ = true;
   ++group_step_count_;
   ++step_;
-  if (++next_in_group_ < group_size) return;
+  if (++next_in_group_ < lanes::group_size) return;
   std::swap(groups_[0], job_.coordinates);
   std::rotate(groups_.begin(), groups_.end() - 1, groups_.end());
   history_count_ = std::min(history_count_ + 1, 3);
@@ -251,15 +254,15 @@ bool GroupStepper<S>::evaluate() {
 }
 
 template <class S>
-TreeMotion<S> GroupStepper<S>::at_current_sample() {
+dynamics::TreeMotion<S> GroupStepper<S>::at_current_sample() {
   if (in_group_) {
     stepper_.synchronise(false);
-    observer_.evaluate(stepper_, Detail::all);
+    observer_.evaluate(stepper_, dynamics::Detail::all);
   }
   return {stepper_.state(), stepper_.y(), stepper_.dy(), stepper_.ddy(), stepper_.time(), stepper_.is_explicit()};
 }
 
-template class GroupStepper<Planar>;
-template class GroupStepper<Spatial>;
+template class GroupStepper<kinematics::Planar>;
+template class GroupStepper<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <string>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
@@ -18,7 +18,7 @@ std::string format_short(double value) {
 
 }  // namespace
 
-void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& intervals,
+void add_payload_changes(const Mechanism& mechanism, const model::PayloadIntervals& intervals,
                          const PayloadSwitch& payload_switch, const std::function<PayloadMotion(std::size_t)>& motion,
                          RunResult& result) {
   for (std::size_t a = 0; a < mechanism.attachments.size(); ++a) {
@@ -35,7 +35,7 @@ void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& int
 
 void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& result) {
   const double length = characteristic_length(mechanism);
-  for (const PayloadEvent& event : result.payload_events) {
+  for (const results::PayloadEvent& event : result.payload_events) {
     const bool is_translating = event.speed > impact_speed_threshold * length / duration;
     if (!is_translating && event.angular_speed <= impact_speed_threshold / duration) continue;
     result.outcome.notes.push_back("payload '" + event.payload + "' is " + describe_payload_event(event) + " at " +
@@ -51,4 +51,4 @@ void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& r
                                      format_short(duration) + " s");
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

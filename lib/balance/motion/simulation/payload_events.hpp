@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <functional>
 
-namespace balance {
+namespace balance::simulation {
 
 /// Motion of a payload: speed of its CoM [m/s], angular velocity of its body [rad/s].
 struct PayloadMotion {
@@ -23,7 +23,7 @@ struct PayloadSwitch {
 
 /// Adds the payloads that are attached on only one side of the switch to RunResult::payload_events.
 /// @param motion of the payload with this index into Mechanism::attachments, at the switch
-void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& intervals,
+void add_payload_changes(const Mechanism& mechanism, const model::PayloadIntervals& intervals,
                          const PayloadSwitch& payload_switch,
                          const std::function<PayloadMotion(std::size_t attachment)>& motion, RunResult& result);
 
@@ -32,4 +32,4 @@ void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& int
 /// @param duration of the motion [s]
 void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& result);
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -10,11 +10,11 @@
 #include <limits>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
-Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& point) {
+Vector3 in_world(const results::BodyPoses& poses, long row, const model::BodyPoint& point) {
   const double* origin = &poses.position(row, 3 * point.body);
   const double* q = &poses.orientation(row, 4 * point.body);
   return Vector3(origin[0], origin[1], origin[2]) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * point.position;
@@ -22,20 +22,21 @@ Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& point) {
 
 }  // namespace
 
-const Trajectory& find_trajectory(const DesignInstance& instance, const ObjectiveTerm& term) {
-  if (const Trajectory* trajectory = find_by_name(instance.trajectories, term.trajectory)) return *trajectory;
+const Trajectory& find_trajectory(const study::DesignInstance& instance, const ObjectiveTerm& term) {
+  if (const Trajectory* trajectory = study::find_by_name(instance.trajectories, term.trajectory)) return *trajectory;
   throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
 }
 
-double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance) {
-  const BodyPoses poses = body_poses(mechanism, run);
-  const BodyPoint point = locate_landmark(mechanism, clearance.point);
-  const BodyPoint begin = locate_landmark(mechanism, clearance.target.front()),
-                  end = locate_landmark(mechanism, clearance.target.back());
+double min_clearance(const Mechanism& mechanism, const RunResult& run, const study::Clearance& clearance) {
+  const results::BodyPoses poses = body_poses(mechanism, run);
+  const model::BodyPoint point = locate_landmark(mechanism, clearance.point);
+  const model::BodyPoint begin = locate_landmark(mechanism, clearance.target.front()),
+                         end = locate_landmark(mechanism, clearance.target.back());
   double min_distance = std::numeric_limits<double>::infinity();
   for (long row = 0; row < run.time.size(); ++row)
-    min_distance = std::min(min_distance, distance_to_segment(in_world(poses, row, point), in_world(poses, row, begin),
-                                                              in_world(poses, row, end)));
+    min_distance =
+        std::min(min_distance, results::distance_to_segment(in_world(poses, row, point), in_world(poses, row, begin),
+                                                            in_world(poses, row, end)));
   return min_distance;
 }
 
@@ -47,7 +48,7 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
     case ObjectiveTerm::RunMeasure::clearance: return min_clearance(mechanism, run, term.clearance);
     case ObjectiveTerm::RunMeasure::mobility:
       if (run.mobility.size() == 0) break;
-      return min_coefficient(run.mobility);
+      return numerics::min_coefficient(run.mobility);
     case ObjectiveTerm::RunMeasure::figure: {
       const double value = compute_statistic(run, &mechanism, term.figure, term.quantity);
       if (std::isnan(value)) break;
@@ -73,7 +74,7 @@ std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term) 
     case ObjectiveTerm::RunMeasure::figure: break;
   }
   std::string mistake;
-  const auto described = describe_quantity(mechanism, term.quantity, mistake);
+  const auto described = results::describe_quantity(mechanism, term.quantity, mistake);
   return described ? described->unit : "";
 }
 
@@ -81,11 +82,11 @@ std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechan
   return terms.size() == 1 && terms.front().weight == 1 ? unit_of_term(mechanism, terms.front()) : "";
 }
 
-double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term) {
+double simulate_figure(const study::DesignInstance& instance, const ObjectiveTerm& term) {
   const Trajectory& trajectory = find_trajectory(instance, term);
   if (term.run == ObjectiveTerm::RunMeasure::duration && !is_mechanism_dependent(trajectory))
     return trajectory.duration;
   return compute_run_figure(instance.mechanism, simulate(instance.mechanism, trajectory), term);
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::simulation {
 
 /// @throws std::invalid_argument if there is no trajectory of that name
-const Trajectory& find_trajectory(const DesignInstance& instance, const ObjectiveTerm& term);
+const Trajectory& find_trajectory(const study::DesignInstance& instance, const ObjectiveTerm& term);
 
 /// The figure of a run [SI]; NaN if the run is not done.
 /// @param mechanism of the run; clearances are computed from it
@@ -18,7 +18,7 @@ const Trajectory& find_trajectory(const DesignInstance& instance, const Objectiv
 double compute_run_figure(const Mechanism& mechanism, const RunResult& run, const ObjectiveTerm& term);
 
 /// The same for a run that is simulated first.
-double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term);
+double simulate_figure(const study::DesignInstance& instance, const ObjectiveTerm& term);
 
 /// SI unit of a term without its weight; "1": a pure number.
 std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term);
@@ -26,6 +26,6 @@ std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term);
 std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
 /// Minimum distance during a completed run [m].
-double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance);
+double min_clearance(const Mechanism& mechanism, const RunResult& run, const study::Clearance& clearance);
 
-}  // namespace balance
+}  // namespace balance::simulation

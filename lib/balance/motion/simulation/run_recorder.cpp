@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
@@ -21,24 +21,25 @@ RunResult without_samples(const MotionOutcome& outcome) {
 
 }  // namespace
 
-RunResult RunRecorder::record(MotionSource& source, const RecordedContents& contents, long samples_per_report) {
+RunResult RunRecorder::record(trajectory::MotionSource& source, const results::RecordedContents& contents,
+                              long samples_per_report) {
   if (source.outcome().status != MotionStatus::done) return without_samples(source.outcome());
-  const PrescribedMotion& motion = source.prescribed_motion();
+  const trajectory::PrescribedMotion& motion = source.prescribed_motion();
   RunResult result;
-  IntermediateSamples intermediate_samples;
+  results::IntermediateSamples intermediate_samples;
   name_columns(mechanism_, result);
   name_columns(mechanism_, intermediate_samples.rows);
   result.moment_reference = trajectory_.about;
   resize_arrays(mechanism_, trajectory_.samples, contents, result);
   resize_arrays(mechanism_, max_intermediate_rows(motion, trajectory_.samples), contents, intermediate_samples.rows);
-  ResultRecorder recorder(result);
+  results::ResultRecorder recorder(result);
   const auto write = [&](RunResult& rows, long row) {
     if (!source.evaluate()) return false;
     recorder.write(source.sample(), row, rows);
     take_sample(row);
     return true;
   };
-  const PayloadIntervals intervals(mechanism_, motion.duration());
+  const model::PayloadIntervals intervals(mechanism_, motion.duration());
   int interval = intervals.index_at(0);
   // after a jump, with its near side evaluated last
   const auto add_payload_events = [&] {
@@ -53,15 +54,16 @@ RunResult RunRecorder::record(MotionSource& source, const RecordedContents& cont
     add_payload_changes(mechanism_, intervals, {source.time(), before, interval, effort, source.sample().effort},
                         payload_motion, result);
   };
-  const bool is_completed = visit_time_grid(source, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
-    const bool is_after_jump = grid_point.kind == TimeGridPoint::Kind::after_jump;
-    if (is_after_jump) add_payload_events();
-    if (progress_ && grid_point.index % samples_per_report == samples_per_report - 1)
-      progress_(static_cast<double>(grid_point.index) / static_cast<double>(trajectory_.samples));
-    if (grid_point.kind == TimeGridPoint::Kind::sample) return write(result, grid_point.index);
-    if (is_after_jump && grid_point.has_coincident_next) return true;
-    return write(intermediate_samples.rows, intermediate_samples.add(grid_point.next_sample));
-  });
+  const bool is_completed =
+      visit_time_grid(source, trajectory_.samples, [&](const trajectory::TimeGridPoint& grid_point) {
+        const bool is_after_jump = grid_point.kind == trajectory::TimeGridPoint::Kind::after_jump;
+        if (is_after_jump) add_payload_events();
+        if (progress_ && grid_point.index % samples_per_report == samples_per_report - 1)
+          progress_(static_cast<double>(grid_point.index) / static_cast<double>(trajectory_.samples));
+        if (grid_point.kind == trajectory::TimeGridPoint::Kind::sample) return write(result, grid_point.index);
+        if (is_after_jump && grid_point.has_coincident_next) return true;
+        return write(intermediate_samples.rows, intermediate_samples.add(grid_point.next_sample));
+      });
   if (!is_completed) return without_samples(source.outcome());
   set_term_magnitudes(result);
   add_metrics(result, intermediate_samples);
@@ -73,14 +75,14 @@ RunResult RunRecorder::record(MotionSource& source, const RecordedContents& cont
     result.outcome.notes.push_back(note);
   for (std::string& note : motion_notes()) result.outcome.notes.push_back(std::move(note));
   add_payload_notes(mechanism_, motion.duration(), result);
-  result.intermediate = std::make_shared<const IntermediateSamples>(std::move(intermediate_samples));
+  result.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples));
   return result;
 }
 
 RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
                        const std::function<RunResult(const Trajectory& resolved)>& run) {
   check_timing(trajectory);
-  const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
+  const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
   if (resolved.outcome.status != MotionStatus::done) return without_samples(resolved.outcome);
   RunResult result = run(resolved.trajectory);
   result.optimised_law = resolved.optimised_law;
@@ -90,4 +92,4 @@ RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

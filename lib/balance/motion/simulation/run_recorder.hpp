@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::simulation {
 
 class RunRecorder {
  public:
@@ -22,7 +22,8 @@ class RunRecorder {
 
  protected:
   /// @param samples_per_report samples between two calls of Progress
-  RunResult record(MotionSource& source, const RecordedContents& contents, long samples_per_report);
+  RunResult record(trajectory::MotionSource& source, const results::RecordedContents& contents,
+                   long samples_per_report);
 
   const Mechanism& mechanism_;
   const Trajectory& trajectory_;
@@ -42,4 +43,4 @@ class RunRecorder {
 RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
                        const std::function<RunResult(const Trajectory& resolved)>& run);
 
-}  // namespace balance
+}  // namespace balance::simulation

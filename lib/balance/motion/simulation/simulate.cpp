@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-namespace balance {
+namespace balance::simulation {
 
 namespace {
 
@@ -21,7 +21,7 @@ class MagnitudeSampling {
   explicit MagnitudeSampling(long samples) : stride_(std::max(1L, samples / 50)) {}
 
   bool is_sample_due(long row, const VectorX& accelerations, double mobility) {
-    const double max_acceleration = max_abs(accelerations);
+    const double max_acceleration = numerics::max_abs(accelerations);
     if (row % stride_ != 0 && max_acceleration <= 1.25 * max_acceleration_ && mobility >= 0.8 * min_mobility_)
       return false;
     max_acceleration_ = std::max(max_acceleration_, max_acceleration);
@@ -40,15 +40,16 @@ class SimulationRun : public RunRecorder {
   SimulationRun(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress)
       : RunRecorder(mechanism, trajectory, progress),
         motion_(mechanism, trajectory),
-        source_(mechanism, motion_, trajectory.about, Detail::all),
+        source_(mechanism, motion_, trajectory.about, dynamics::Detail::all),
         magnitude_sampling_(trajectory.samples) {}
 
   RunResult run() {
     if (source_.outcome().status != MotionStatus::done) return record(source_, {}, 1);
     const double inverse_duration = 1 / source_.prescribed_motion().duration(),
                  free_fall = mechanism_.gravity.norm() / source_.tree().characteristic_length;
-    magnitude_recorder_.emplace(mechanism_, source_.tree(), source_.about(),
-                                RestScale{inverse_duration, std::max(inverse_duration * inverse_duration, free_fall)});
+    magnitude_recorder_.emplace(
+        mechanism_, source_.tree(), source_.about(),
+        dynamics::RestScale{inverse_duration, std::max(inverse_duration * inverse_duration, free_fall)});
     group_stepper_.emplace(source_, trajectory_.samples);
     return record(*group_stepper_, {}, 1 + (1 << 15) / (8 + source_.tree().columns));  // large mechanisms take longer
   }
@@ -69,15 +70,15 @@ class SimulationRun : public RunRecorder {
 
   std::vector<std::string> motion_notes() override {
     std::vector<std::string> notes = source_.stepper().notes();
-    for (const PassiveFreedom& spin : source_.tree().locked_freedoms)
-      notes.push_back(describe_locked_freedom(mechanism_, spin));
+    for (const model::PassiveFreedom& spin : source_.tree().locked_freedoms)
+      notes.push_back(trajectory::describe_locked_freedom(mechanism_, spin));
     return notes;
   }
 
-  const CompiledMotion<S> motion_;
-  TreeMotionSource<S> source_;
+  const kinematics::CompiledMotion<S> motion_;
+  dynamics::TreeMotionSource<S> source_;
   std::optional<GroupStepper<S>> group_stepper_;
-  std::optional<TermMagnitudeRecorder<S>> magnitude_recorder_;
+  std::optional<dynamics::TermMagnitudeRecorder<S>> magnitude_recorder_;
   MagnitudeSampling magnitude_sampling_;
 };
 
@@ -85,9 +86,9 @@ class SimulationRun : public RunRecorder {
 
 RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
   return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-    return dispatch_space(mechanism.space,
-                          [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
+    return kinematics::dispatch_space(
+        mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
   });
 }
 
-}  // namespace balance
+}  // namespace balance::simulation

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace balance {
+namespace balance::study {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::string describe_goal(const Goal& goal) {
   return meaning() + (goal.is_fully ? ", and feel the same inertia everywhere" : "");
 }
 
-}  // namespace balance
+}  // namespace balance::study

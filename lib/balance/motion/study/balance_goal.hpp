@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 /// What must vanish for every configuration and every velocity that the joints allow (P0 Definition 2.1, P3 eq. 53–60):
 enum class GoalKind {
@@ -38,5 +38,12 @@ std::string join_goal_names(const std::vector<Goal>& goals);
 
 /// Meaning of a goal, as the end of a sentence: "the actuators carry no weight, whatever the configuration".
 std::string describe_goal(const Goal& goal);
+
+}  // namespace balance::study
+
+namespace balance {
+
+using study::Goal;
+using study::GoalKind;
 
 }  // namespace balance

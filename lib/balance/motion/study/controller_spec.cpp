@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace balance {
+namespace balance::study {
 
 namespace {
 
@@ -41,4 +41,4 @@ std::vector<Controller> built_in_controllers() {
   return controllers;
 }
 
-}  // namespace balance
+}  // namespace balance::study

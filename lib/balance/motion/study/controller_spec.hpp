@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 enum class ControllerType {
   none,                   ///< zero efforts: free motion
@@ -101,5 +101,11 @@ const char* controller_type_name(ControllerType type);
 
 /// All types in the order of the enumeration.
 std::vector<std::string> controller_type_names();
+
+}  // namespace balance::study
+
+namespace balance {
+
+using study::Controller;
 
 }  // namespace balance

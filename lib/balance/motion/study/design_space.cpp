@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace balance {
+namespace balance::study {
 
 namespace {
 
@@ -70,7 +70,7 @@ Study DesignSpace::study_at(const VectorX& x) const {
 }
 
 ParametricMechanism DesignSpace::parametric() const {
-  return balance::make_parametric_mechanism(start_values(), [&](const std::vector<Expression>& x) {
+  return study::make_parametric_mechanism(start_values(), [&](const std::vector<Expression>& x) {
     return RecordedValues<Expression>(*recording, evaluate_inputs(*this, x)).mechanism();
   });
 }
@@ -92,4 +92,4 @@ DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& fr
   return subspace;
 }
 
-}  // namespace balance
+}  // namespace balance::study

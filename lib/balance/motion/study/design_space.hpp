@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 /// Mechanism and trajectories for one set of free numbers.
 struct DesignInstance {
@@ -59,5 +59,11 @@ void set_assembly(MechanismOf<T>& mechanism, const std::vector<CoordinateValue>&
   mechanism.assembly.clear();
   for (const CoordinateValue& one : values) mechanism.assembly.push_back({one.coordinate, T(one.value)});
 }
+
+}  // namespace balance::study
+
+namespace balance {
+
+using study::DesignSpace;
 
 }  // namespace balance

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-namespace balance {
+namespace balance::study {
 
 namespace {
 
@@ -118,4 +118,4 @@ std::string find_size_shortage(const DifferentNumbers& different, const std::vec
          join_with_conjunction(sizes, "and");
 }
 
-}  // namespace balance
+}  // namespace balance::study

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 /// Whether two sizes are equal up to round-off. @param scale largest magnitude of such sizes
 bool is_same_size(double a, double b, double scale);
@@ -29,4 +29,4 @@ std::vector<std::size_t> find_scarce_domains(const std::vector<std::vector<doubl
 /// @param free in which the numbers are indices
 std::string find_size_shortage(const DifferentNumbers& different, const std::vector<FreeNumber>& free);
 
-}  // namespace balance
+}  // namespace balance::study

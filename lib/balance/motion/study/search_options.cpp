@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::study {
 namespace {
 
 void require(bool condition, const std::string& what) {
@@ -38,4 +38,4 @@ void SearchOptions::validate() const {
   require(max_time > 0 && std::isfinite(max_time), "the search's time must be positive");
 }
 
-}  // namespace balance
+}  // namespace balance::study

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 /// Valid values of SearchOptions::global and SearchOptions::local.
 const std::vector<std::string>& global_methods();
@@ -24,4 +24,4 @@ struct SearchOptions {
   void validate() const;
 };
 
-}  // namespace balance
+}  // namespace balance::study

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 /// A parameter of the spec, in the spec's units.
 struct NamedExpression {
@@ -21,7 +21,7 @@ struct NamedExpression {
 };
 
 struct Recording {
-  ExpressionGraph graph;
+  expression::ExpressionGraph graph;
   std::vector<double> inputs;  ///< values as read
   std::vector<int> free;       ///< the input of each free number of the study
   std::vector<NamedExpression> parameters;
@@ -38,16 +38,17 @@ template <class T>
 class RecordedValues {
  public:
   RecordedValues(const Recording& recording, const std::vector<T>& inputs)
-      : recording_(recording), values_(evaluate(recording.graph, inputs, ScalarAlgebra<T>())) {}
+      : recording_(recording), values_(evaluate(recording.graph, inputs, expression::ScalarAlgebra<T>())) {}
 
   T operator()(const Expression& expression) const {
     return expression.is_constant() ? T(expression.value()) : values_[static_cast<std::size_t>(expression.node())];
   }
 
-  MechanismOf<T> mechanism() const { return convert_mechanism<T>(recording_.mechanism, *this); }
+  MechanismOf<T> mechanism() const { return model::convert_mechanism<T>(recording_.mechanism, *this); }
   std::vector<TrajectoryOf<T>> trajectories() const {
     std::vector<TrajectoryOf<T>> result;
-    for (const auto& trajectory : recording_.trajectories) result.push_back(cast_scalar<T>(trajectory, *this));
+    for (const auto& trajectory : recording_.trajectories)
+      result.push_back(trajectory::cast_scalar<T>(trajectory, *this));
     return result;
   }
 
@@ -73,7 +74,7 @@ struct SpecNumberTexts {
 
 /// Copies share the graph, which is not modified any more.
 struct ParametricMechanism {
-  std::shared_ptr<const ExpressionGraph> graph;  ///< its inputs are the numbers; null: there are none
+  std::shared_ptr<const expression::ExpressionGraph> graph;  ///< its inputs are the numbers; null: there are none
   MechanismOf<Expression> mechanism;
 
   int size() const { return graph ? graph->inputs() : 0; }
@@ -84,8 +85,8 @@ struct ParametricMechanism {
   template <class T>
   MechanismOf<T> evaluate(const std::vector<T>& numbers) const {
     std::vector<T> values;
-    if (graph) values = balance::evaluate(*graph, numbers, ScalarAlgebra<T>());
-    return convert_mechanism<T>(mechanism, [&](const Expression& x) {
+    if (graph) values = expression::evaluate(*graph, numbers, expression::ScalarAlgebra<T>());
+    return model::convert_mechanism<T>(mechanism, [&](const Expression& x) {
       return x.is_constant() ? T(x.value()) : values[static_cast<std::size_t>(x.node())];
     });
   }
@@ -95,7 +96,7 @@ struct ParametricMechanism {
 /// @param build const std::vector<Expression>& → MechanismOf<Expression>
 template <class Build>
 ParametricMechanism make_parametric_mechanism(const VectorX& start, const Build& build) {
-  const auto graph = std::make_shared<ExpressionGraph>();
+  const auto graph = std::make_shared<expression::ExpressionGraph>();
   std::vector<Expression> numbers;
   for (const double value : start) numbers.push_back(Expression::input(*graph, value));
   ParametricMechanism result;
@@ -104,4 +105,4 @@ ParametricMechanism make_parametric_mechanism(const VectorX& start, const Build&
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::study

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::study {
 
 namespace {
 
@@ -69,4 +69,4 @@ void reject_temporary_payloads(const Study& study, const std::string& what, cons
   }
 }
 
-}  // namespace balance
+}  // namespace balance::study

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::study {
 
 // Bounds beyond which a value is more likely a misprint than intended.
 
@@ -30,8 +30,8 @@ inline constexpr long max_seed = 9'007'199'254'740'991;
 
 /// Distance between a point and a target: another point, or the line segment between two [m].
 struct Clearance {
-  Landmark point;
-  std::vector<Landmark> target;  ///< one or two landmarks
+  model::Landmark point;
+  std::vector<model::Landmark> target;  ///< one or two landmarks
 };
 
 // Elements that a design may leave out.
@@ -197,9 +197,9 @@ struct Study {
   DesignRequest design;
   Tolerances tolerances;  ///< parameters first, then in the order of reading; empty: none
   std::vector<TemporaryPayload> temporary_payloads;
-  std::vector<GeneralisedSpeed> speeds;  ///< generalised speeds for a further equation of motion; empty: none
-  std::string spec_file;                 ///< as named by the user
-  std::string spec_text;                 ///< as read
+  std::vector<model::GeneralisedSpeed> speeds;  ///< generalised speeds for a further equation of motion; empty: none
+  std::string spec_file;                        ///< as named by the user
+  std::string spec_text;                        ///< as read
   std::vector<std::pair<std::string, std::string>>
       overrides;                      ///< parameters and their values from `--set`, which replace those in the text
   std::vector<std::string> warnings;  ///< legal but suspicious
@@ -248,5 +248,14 @@ const Controller& choose_controller(const Study& study, const std::string& name)
 /// @throws SpecError at the first temporary payload that is not left out
 void reject_temporary_payloads(const Study& study, const std::string& what,
                                const std::vector<std::string>* without = nullptr);
+
+}  // namespace balance::study
+
+namespace balance {
+
+using study::FreeNumber;
+using study::ObjectiveTerm;
+using study::Study;
+using study::Tolerances;
 
 }  // namespace balance

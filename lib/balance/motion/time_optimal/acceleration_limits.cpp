@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace balance {
+namespace balance::time_optimal {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -64,7 +64,7 @@ bool AccelerationLimits::drop_zero_inertia_rows() {
   for (std::size_t r = 0; r < dropped_.size(); ++r) {
     const PathConstraintRow& row = model_.rows[r];
     if (!row.has_acceleration_term) continue;
-    const double max_norm = max_abs(model_.max_magnitude.segment(row.a, row.count));
+    const double max_norm = numerics::max_abs(model_.max_magnitude.segment(row.a, row.count));
     dropped_[r] = values_.segment(row.a, row.count).norm() <= zero_inertia_tolerance * max_norm;
     is_any_dropped = is_any_dropped || dropped_[r] != 0;
   }
@@ -201,8 +201,8 @@ VelocityBound AccelerationLimits::max_velocity(double guess) const {
   return {low, -1};
 }
 
-AccelerationLimits::ProjectedCoefficients AccelerationLimits::project(const PiecewiseChebyshevSeries& series, int index,
-                                                                      double x) const {
+AccelerationLimits::ProjectedCoefficients AccelerationLimits::project(const numerics::PiecewiseChebyshevSeries& series,
+                                                                      int index, double x) const {
   const PathConstraintRow& row = model_.rows[static_cast<std::size_t>(index)];
   const double v = std::sqrt(x);
   VectorX direction(row.count);
@@ -245,4 +245,4 @@ double AccelerationLimits::magnitude(int index, double x, double u) const {
   return std::sqrt(squared_norm);
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// Bounds of s'' and the rows that they come from (−1: none).
 struct AccelerationInterval {
@@ -67,7 +67,7 @@ class AccelerationLimits {
                         AccelerationInterval& interval) const;
   double direct_velocity_bound_of(int row) const;
   double velocity_bound_of_scalar(const PathConstraintRow& row, double bound) const;
-  ProjectedCoefficients project(const PiecewiseChebyshevSeries& series, int row, double x) const;
+  ProjectedCoefficients project(const numerics::PiecewiseChebyshevSeries& series, int row, double x) const;
   double value(int column, int i) const { return column < 0 ? 0 : values_[column + i]; }
   /// Component of a row without s'', minus its centre.
   double value_without_acceleration(const PathConstraintRow& row, int i, double x, double v) const {
@@ -86,4 +86,4 @@ class AccelerationLimits {
   std::vector<char> dropped_;
 };
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -13,7 +13,7 @@
 #include <functional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::time_optimal {
 
 // Sensitivity of the minimum duration.
 
@@ -43,7 +43,7 @@ bool has_one_unit(const Mechanism& mechanism, const std::vector<CoordinateValue>
 }
 
 void validate_corridor(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const Corridor& corridor = *trajectory.corridor;
+  const trajectory::Corridor& corridor = *trajectory.corridor;
   const auto require = [](bool condition, const char* what) {
     if (!condition) throw std::invalid_argument(what);
   };
@@ -58,8 +58,8 @@ void validate_corridor(const Mechanism& mechanism, const Trajectory& trajectory)
           "a corridor cannot limit turning and sliding joints together: their distances have different units");
   require(trajectory.law.kind == MotionLawKind::time_optimal || !trajectory.min_peak_quantity.empty(),
           "a corridor needs a quantity whose peak is minimized");
-  for (const SecondaryTask& task : trajectory.secondary_tasks) {
-    const auto* spline = std::get_if<SplineTask>(&task.kind);
+  for (const trajectory::SecondaryTask& task : trajectory.secondary_tasks) {
+    const auto* spline = std::get_if<trajectory::SplineTask>(&task.kind);
     require(spline != nullptr && !spline->over_time,
             "a corridor cannot be combined with a spline over time or a kept momentum");
   }
@@ -69,7 +69,7 @@ void validate_corridor(const Mechanism& mechanism, const Trajectory& trajectory)
 VectorX draw_random_start(const CorridorSet& corridor_set, int start) {
   VectorX controls = VectorX::Zero(corridor_set.size());
   if (start == 0) return controls;
-  controls = UniformRandom(start_seed + static_cast<unsigned>(start)).sample_point(corridor_set.size());
+  controls = numerics::UniformRandom(start_seed + static_cast<unsigned>(start)).sample_point(corridor_set.size());
   return controls * (start_width_fraction / corridor_set.gauge(controls));
 }
 
@@ -81,15 +81,15 @@ class CorridorSearch {
         objective_(mechanism, trajectory),
         corridor_set_(trajectory.corridor->inner_knots, objective_.directions()) {}
 
-  MotionOutcome run(Trajectory& trajectory, CorridorResult& result) {
+  MotionOutcome run(Trajectory& trajectory, trajectory::CorridorResult& result) {
     if (objective_.outcome().status != MotionStatus::done) return objective_.outcome();
     const VectorX centreline_terms = objective_.terms(VectorX::Zero(corridor_set_.size()));
     if (centreline_terms.size() == 0) return at_centreline(objective_.infeasibility_outcome());
     std::vector<double> values;
-    MinimaxResult best{VectorX::Zero(corridor_set_.size()), max_coefficient(centreline_terms)};
+    numerics::MinimaxResult best{VectorX::Zero(corridor_set_.size()), numerics::max_coefficient(centreline_terms)};
     result.centreline_value = best.value;
     for (int start = 0; start < trajectory_.corridor->starts; ++start) {
-      const MinimaxResult solution = solve_from(start);
+      const numerics::MinimaxResult solution = solve_from(start);
       values.push_back(solution.value);
       if (solution.value < best.value) best = solution;
     }
@@ -111,8 +111,8 @@ class CorridorSearch {
   }
 
   /// Moves a start that cannot be followed towards the centreline.
-  MinimaxResult solve_from(int start) {
-    const MinimaxProblem problem{
+  numerics::MinimaxResult solve_from(int start) {
+    const numerics::MinimaxProblem problem{
         .values = [this](const VectorX& x) { return objective_.terms(width_ * x); },
         .jacobian = [this](const VectorX&) { return MatrixX(width_ * objective_.jacobian()); },
         .gauge = [this](const VectorX& x) { return corridor_set_.gauge(x); },
@@ -140,10 +140,10 @@ std::string width_unit(const Mechanism& mechanism, const Trajectory& trajectory)
 }  // namespace
 
 MotionOutcome optimise_corridor_path(const Mechanism& mechanism, Trajectory& trajectory,
-                                     std::optional<CorridorResult>& corridor_result) {
+                                     std::optional<trajectory::CorridorResult>& corridor_result) {
   if (!trajectory.corridor || !trajectory.corridor->control_points.empty()) return make_done();
   validate_corridor(mechanism, trajectory);
-  CorridorResult result;
+  trajectory::CorridorResult result;
   result.width = trajectory.corridor->width;
   result.width_unit = width_unit(mechanism, trajectory);
   result.objective = trajectory.law.kind == MotionLawKind::time_optimal ? "duration" : trajectory.min_peak_quantity;
@@ -192,13 +192,14 @@ CorridorObjective::CorridorObjective(const Mechanism& mechanism, const Trajector
 void CorridorObjective::list_path_points() {
   const MotionLaw& law = trajectory_.law;
   const double duration = trajectory_.duration;
-  const auto add = [&](double tau, Side side) {
-    const MotionLawValue value = evaluate(law, tau, side);
+  const auto add = [&](double tau, trajectory::Side side) {
+    const trajectory::MotionLawValue value = evaluate(law, tau, side);
     path_points_.push_back({value.s, value.ds / duration, value.dds / (duration * duration), 0});
   };
   for (int k = 0; k <= law_sample_intervals; ++k)
-    add(static_cast<double>(k) / law_sample_intervals, k == 0 ? Side::after : Side::before);
-  for (const double tau : find_acceleration_jumps(law)) add(tau, Side::before), add(tau, Side::after);
+    add(static_cast<double>(k) / law_sample_intervals, k == 0 ? trajectory::Side::after : trajectory::Side::before);
+  for (const double tau : find_acceleration_jumps(law))
+    add(tau, trajectory::Side::before), add(tau, trajectory::Side::after);
 }
 
 Trajectory CorridorObjective::with_control_points(const VectorX& controls) const {
@@ -437,11 +438,11 @@ constexpr int intervals_per_panel = 24;  // within each, the distance of a cubic
 constexpr int max_ternary_steps = 40;
 constexpr double gauge_tolerance = 1e-9;  // of the width
 
-PiecewiseChebyshevSeries make_basis_series(int knots) {
+numerics::PiecewiseChebyshevSeries make_basis_series(int knots) {
   const auto count = static_cast<std::size_t>(knots) + 2;
   std::vector<double> controls(count * count, 0.0);
   for (std::size_t k = 0; k < count; ++k) controls[k * count + k] = 1;
-  return make_corridor_splines(controls, knots);
+  return trajectory::make_corridor_splines(controls, knots);
 }
 
 }  // namespace
@@ -456,13 +457,13 @@ VectorX CorridorSet::basis_values(std::size_t panel, double s) const {
 }
 
 MatrixX CorridorSet::metric() const {
-  const PiecewiseChebyshevSeries second_derivatives = bases_.derivative().derivative();
+  const numerics::PiecewiseChebyshevSeries second_derivatives = bases_.derivative().derivative();
   MatrixX block = MatrixX::Zero(controls_per_direction_, controls_per_direction_);
   VectorX second_derivative(controls_per_direction_);
   for (std::size_t p = 0; p < bases_.panels().size(); ++p)
     for (const double gauss_point :
          {0.2113248654051871, 0.7886751345948129}) {  // Gauss points, exact for the product of two linear functions
-      const Panel& panel = bases_.panels()[p];
+      const numerics::Panel& panel = bases_.panels()[p];
       const double s = panel.begin + (panel.end - panel.begin) * gauss_point;
       second_derivatives.evaluate(p, s, second_derivative.data());
       const VectorX value = basis_values(p, s);
@@ -528,4 +529,4 @@ std::vector<VectorX> CorridorSet::cutting_planes(const VectorX& controls) const 
   return normals;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

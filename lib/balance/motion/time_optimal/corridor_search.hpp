@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 // The search.
 
@@ -22,7 +22,7 @@ namespace balance {
 /// @return done; or why the centreline of the corridor cannot be followed or has no law
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
 MotionOutcome optimise_corridor_path(const Mechanism& mechanism, Trajectory& trajectory,
-                                     std::optional<CorridorResult>& corridor_result);
+                                     std::optional<trajectory::CorridorResult>& corridor_result);
 
 /// The objective as a function of the corridor's controls: the maximum of several terms. For an optimised law there is
 /// one term, the duration or the peak of that law. For a given law, each term is the magnitude of a quantity at one
@@ -106,7 +106,7 @@ class CorridorSet {
   std::size_t panel_at(double s) const { return bases_.find_panel(s, 0, bases_.panels().size()); }
 
   Eigen::Index controls_per_direction_, directions_;
-  PiecewiseChebyshevSeries bases_;  ///< B-splines
+  numerics::PiecewiseChebyshevSeries bases_;  ///< B-splines
 };
 
-}  // namespace balance
+}  // namespace balance::time_optimal

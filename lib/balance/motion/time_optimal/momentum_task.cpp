@@ -21,7 +21,10 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
+
+using numerics::Panel;
+using numerics::PiecewiseChebyshevSeries;
 
 // Prescribed angular momentum of momentum tasks.
 
@@ -46,10 +49,10 @@ class PrescribedMomentum {
  private:
   struct Component {
     double constant = 0;
-    std::optional<CubicSpline> spline;
+    std::optional<numerics::CubicSpline> spline;
   };
 
-  void add(const MomentumTask& task);
+  void add(const trajectory::MomentumTask& task);
   void check(SpaceKind space) const;
 
   std::vector<int> axes_;
@@ -73,8 +76,8 @@ constexpr int max_picard_iterations = 40;  // per panel
 Trajectory with_zero_tasks(const Trajectory& original, bool over_time) {
   Trajectory trajectory = over_time ? original : reparametrise_by_path(original);
   const PiecewiseChebyshevSeries zero({Panel{0, 1, Samples::Zero(panel_terms, 3)}});
-  for (SecondaryTask& task : trajectory.secondary_tasks)
-    if (auto* momentum_task = std::get_if<MomentumTask>(&task.kind)) momentum_task->solution = zero;
+  for (trajectory::SecondaryTask& task : trajectory.secondary_tasks)
+    if (auto* momentum_task = std::get_if<trajectory::MomentumTask>(&task.kind)) momentum_task->solution = zero;
   return trajectory;
 }
 
@@ -91,7 +94,7 @@ class MomentumTaskSolver {
         prescribed_momentum_(mechanism.space, trajectory),
         trajectory_(with_zero_tasks(trajectory, prescribed_momentum_.is_time_dependent())),
         duration_(trajectory_.duration),
-        tree_(compile_tree<S>(mechanism, prescribed_coordinates(trajectory_))),
+        tree_(kinematics::compile_tree<S>(mechanism, prescribed_coordinates(trajectory_))),
         plan_(compile_trajectory(mechanism, tree_, trajectory_)),
         system_(tree_, plan_.drive),
         scale_(column_scale(tree_)),
@@ -107,7 +110,7 @@ class MomentumTaskSolver {
     list_components();
     y_ = plan_.start;
     value_ = VectorX::Zero(count());
-    if (!solve_rates(0, Side::after, value_, rate_)) return rank_loss_outcome(0);
+    if (!solve_rates(0, trajectory::Side::after, value_, rate_)) return rank_loss_outcome(0);
     start_determinant_ = determinant_;
     double begin = 0;
     for (const double end : breakpoints()) {
@@ -125,13 +128,14 @@ class MomentumTaskSolver {
   Eigen::Index count() const { return static_cast<Eigen::Index>(components_.size()); }
 
   void list_components() {
-    PrescribedMotion::Request request;
+    trajectory::PrescribedMotion::Request request;
     request.from.value.setZero(plan_.drive.value_count());
     Trajectory momentum_trajectory = trajectory_;
-    std::erase_if(momentum_trajectory.secondary_tasks,
-                  [](const SecondaryTask& task) { return !std::holds_alternative<MomentumTask>(task.kind); });
+    std::erase_if(momentum_trajectory.secondary_tasks, [](const trajectory::SecondaryTask& task) {
+      return !std::holds_alternative<trajectory::MomentumTask>(task.kind);
+    });
     add_secondary_tasks(momentum_trajectory, plan_.quantities, request);
-    for (const ComponentOffset& offset : request.component_offsets) components_.push_back(offset.component);
+    for (const trajectory::ComponentOffset& offset : request.component_offsets) components_.push_back(offset.component);
     panels_.push_back({0, 0, {}});
   }
 
@@ -158,16 +162,17 @@ class MomentumTaskSolver {
   VectorX momentum(const VectorX& v) {
     const VectorX zero_velocity = VectorX::Zero(tree_.columns);
     compute_angular_velocities(tree_, zero_velocity.data(), state_);
-    compute_accelerations<S>(tree_, zero_velocity.data(), v.data(), S::Vector::Zero(), state_);
-    std::fill(wrenches_.begin(), wrenches_.end(), Wrench<S>());
+    kinematics::compute_accelerations<S>(tree_, zero_velocity.data(), v.data(), S::Vector::Zero(), state_);
+    std::fill(wrenches_.begin(), wrenches_.end(), dynamics::Wrench<S>());
     inverse_dynamics(tree_, state_, wrenches_, tau_.data());
-    const typename S::Vector about = to_vector<S>(trajectory_.about);
-    const Vector3 h = angular_to_3d(typename S::Angular(wrenches_[0].moment - cross(about, wrenches_[0].force)));
+    const typename S::Vector about = kinematics::to_vector<S>(trajectory_.about);
+    const Vector3 h = kinematics::angular_to_3d(
+        typename S::Angular(wrenches_[0].moment - kinematics::cross(about, wrenches_[0].force)));
     return h(prescribed_momentum_.axes());
   }
 
   /// Right-hand side of the scaled equations: zero for closures, the prescribed rates for the other rows.
-  VectorX right_hand_side(const DriveSample& sample) const {
+  VectorX right_hand_side(const trajectory::DriveSample& sample) const {
     VectorX rows = VectorX::Zero(system_.rows());
     const auto length_count = static_cast<Eigen::Index>(plan_.drive.point.size() + plan_.drive.com.size());
     Eigen::Index row = system_.closure_rows();
@@ -181,17 +186,17 @@ class MomentumTaskSolver {
   }
 
   /// φ' at a parameter at which the quantities differ from their start by φ. @return false if there is none
-  bool solve_rates(double s, Side side, const VectorX& phi, VectorX& rate) {
-    DriveSample sample;
+  bool solve_rates(double s, trajectory::Side side, const VectorX& phi, VectorX& rate) {
+    trajectory::DriveSample sample;
     plan_.prescribed_motion->at(s * duration_, side, sample);
     for (Eigen::Index i = 0; i < count(); ++i) sample.value[components_[static_cast<std::size_t>(i)]] += phi[i];
-    const AssemblySolution assembly = solve_assembly(system_, y_, sample);
+    const kinematics::AssemblySolution assembly = solve_assembly(system_, y_, sample);
     if (!assembly.found || !assembly.y.allFinite()) return false;
     y_ = assembly.y;
     VectorX residual;
     MatrixX jacobian;
     system_.evaluate(y_, sample, residual, jacobian);
-    const CompleteOrthogonalDecomposition solver(jacobian);
+    const numerics::CompleteOrthogonalDecomposition solver(jacobian);
     state_ = system_.state();
     const VectorX drive_momentum = momentum(scale_.cwiseProduct(solver.solve(right_hand_side(sample))));
     MatrixX J(count(), count());
@@ -205,7 +210,7 @@ class MomentumTaskSolver {
     rate = duration_ * J.fullPivLu().solve(prescribed_momentum_.at(s * duration_) - drive_momentum);
     const double min_inertia =
         min_relative_inertia * tree_.mass * tree_.characteristic_length * tree_.characteristic_length;
-    return J.allFinite() && min_coefficient(singular_values(J)) > min_inertia && rate.allFinite() &&
+    return J.allFinite() && numerics::min_coefficient(numerics::singular_values(J)) > min_inertia && rate.allFinite() &&
            determinant_ * start_determinant_ >= 0;
   }
 
@@ -235,10 +240,10 @@ class MomentumTaskSolver {
           values_at_points(integrate_panel(begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * rates));
       for (int k = 0; k < panel_terms; ++k) {
         const double s = (begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k);
-        if (!solve_rates(s, Side::after, value_ + values.row(k).transpose(), new_rate_)) return restore(y);
+        if (!solve_rates(s, trajectory::Side::after, value_ + values.row(k).transpose(), new_rate_)) return restore(y);
         rates.row(k) = new_rate_.transpose();
       }
-      const double change = max_abs(rates - previous), size = max_abs(rates);
+      const double change = numerics::max_abs(rates - previous), size = numerics::max_abs(rates);
       if (!(change < 1e6 * (1 + size))) return restore(y);
       if (change <= 1e-14 * size || (iteration > 4 && change <= 1e-12 * size))
         return accept_panel(begin, end, rates, y);
@@ -262,7 +267,7 @@ class MomentumTaskSolver {
   bool accept_panel(double begin, double end, const Samples& rates, const VectorX& y) {
     const Samples rate = PiecewiseChebyshevSeries::values_to_coefficients() * rates;
     for (Eigen::Index c = 0; c < rate.cols() && end - begin > min_resolved_panel_length; ++c)
-      if (max_abs(rate.col(c).tail(3)) > coefficient_tolerance * rate.col(c).cwiseAbs().sum() + 1e-15)
+      if (numerics::max_abs(rate.col(c).tail(3)) > coefficient_tolerance * rate.col(c).cwiseAbs().sum() + 1e-15)
         return restore(y);
     Samples value = integrate_panel(begin, end, rate);
     value.row(0) += value_.transpose();
@@ -270,7 +275,7 @@ class MomentumTaskSolver {
     VectorX end_value(count());
     PiecewiseChebyshevSeries({panel}).evaluate(0, end, end_value.data());
     // before anything is stored: a panel that is not accepted leaves nothing
-    if (!solve_rates(end, Side::before, end_value, new_rate_)) return restore(y);
+    if (!solve_rates(end, trajectory::Side::before, end_value, new_rate_)) return restore(y);
     panels_.push_back(panel);
     rates_.push_back({begin, end, rate});
     value_ = end_value;
@@ -282,8 +287,8 @@ class MomentumTaskSolver {
   void store_solution(Trajectory& trajectory) const {
     const PiecewiseChebyshevSeries second = PiecewiseChebyshevSeries(rates_).derivative();
     Eigen::Index column = 0;
-    for (SecondaryTask& task : trajectory.secondary_tasks) {
-      auto* momentum_task = std::get_if<MomentumTask>(&task.kind);
+    for (trajectory::SecondaryTask& task : trajectory.secondary_tasks) {
+      auto* momentum_task = std::get_if<trajectory::MomentumTask>(&task.kind);
       if (momentum_task == nullptr) continue;
       std::vector<Panel> panels;
       for (std::size_t p = 0; p < rates_.size(); ++p) {
@@ -299,7 +304,7 @@ class MomentumTaskSolver {
   }
 
   MotionOutcome rank_loss_outcome(double s) const {
-    const double percent = 100 * plan_.prescribed_motion->path_progress(s * duration_, Side::after).s;
+    const double percent = 100 * plan_.prescribed_motion->path_progress(s * duration_, trajectory::Side::after).s;
     char where[96], text[320];
     if (prescribed_momentum_.is_time_dependent())
       std::snprintf(where, sizeof where, "at t = %.6g s, %.4g %% of the path,", s * duration_, percent);
@@ -321,12 +326,12 @@ class MomentumTaskSolver {
   PrescribedMomentum prescribed_momentum_;
   Trajectory trajectory_;
   double duration_;  ///< of the trajectory that is followed; 1 if the parameter is that of the path [s]
-  Tree<S> tree_;
-  CompiledTrajectory<S> plan_;
-  ConstraintSystem<S> system_;
+  kinematics::Tree<S> tree_;
+  kinematics::CompiledTrajectory<S> plan_;
+  kinematics::ConstraintSystem<S> system_;
   VectorX scale_;
-  TreeState<S> state_;
-  std::vector<Wrench<S>> wrenches_;
+  kinematics::TreeState<S> state_;
+  std::vector<dynamics::Wrench<S>> wrenches_;
   std::vector<double> tau_;
   std::vector<Eigen::Index> components_;  ///< indices into the drive's values
   VectorX y_, value_, rate_, new_rate_;
@@ -339,14 +344,14 @@ class MomentumTaskSolver {
 }  // namespace
 
 MotionOutcome solve_momentum_tasks(const Mechanism& mechanism, Trajectory& trajectory) {
-  const auto is_unsolved = [](const SecondaryTask& task) {
-    const auto* momentum_task = std::get_if<MomentumTask>(&task.kind);
+  const auto is_unsolved = [](const trajectory::SecondaryTask& task) {
+    const auto* momentum_task = std::get_if<trajectory::MomentumTask>(&task.kind);
     return momentum_task != nullptr && momentum_task->solution.panels().empty();
   };
   if (std::none_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(), is_unsolved))
     return {MotionStatus::done, 0, "", {}};
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return MomentumTaskSolver<S>(mechanism, trajectory).run(trajectory); });
+  return kinematics::dispatch_space(
+      mechanism.space, [&]<class S>(S) { return MomentumTaskSolver<S>(mechanism, trajectory).run(trajectory); });
 }
 
 namespace {
@@ -354,17 +359,19 @@ namespace {
 constexpr double end_time_tolerance = 1e-9;  // of the duration: times closer than this coincide
 
 /// Not-a-knot splines need at least four values.
-SplineEnd choose_spline_end(std::size_t values) { return values < 4 ? SplineEnd::natural : SplineEnd::not_a_knot; }
+numerics::SplineEnd choose_spline_end(std::size_t values) {
+  return values < 4 ? numerics::SplineEnd::natural : numerics::SplineEnd::not_a_knot;
+}
 
 }  // namespace
 
 PrescribedMomentum::PrescribedMomentum(SpaceKind space, const Trajectory& trajectory) {
   bool has_timed_splines = false;
-  for (const SecondaryTask& task : trajectory.secondary_tasks)
-    if (const auto* momentum_task = std::get_if<MomentumTask>(&task.kind))
+  for (const trajectory::SecondaryTask& task : trajectory.secondary_tasks)
+    if (const auto* momentum_task = std::get_if<trajectory::MomentumTask>(&task.kind))
       add(*momentum_task);
     else
-      has_timed_splines = has_timed_splines || std::get<SplineTask>(task.kind).over_time;
+      has_timed_splines = has_timed_splines || std::get<trajectory::SplineTask>(task.kind).over_time;
   check(space);
   over_time_ = over_time_ || has_timed_splines;
   if (over_time_ && is_mechanism_dependent(trajectory.law.kind))
@@ -373,7 +380,7 @@ PrescribedMomentum::PrescribedMomentum(SpaceKind space, const Trajectory& trajec
         "when it has which value");
 }
 
-void PrescribedMomentum::add(const MomentumTask& task) {
+void PrescribedMomentum::add(const trajectory::MomentumTask& task) {
   axes_.push_back(task.axis);
   const bool is_zero = std::all_of(task.value.begin(), task.value.end(), [](double value) { return value == 0; });
   over_time_ = over_time_ || !is_zero;
@@ -429,4 +436,4 @@ std::string PrescribedMomentum::uncovered_interval(double duration) const {
   return "";
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

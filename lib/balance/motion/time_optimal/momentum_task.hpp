@@ -4,7 +4,7 @@
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// Fills the solutions of the trajectory's momentum tasks. If the rest of the drive moves at the rates q'₀ and the
 /// quantities φ at the rates φ', the prescribed components of the angular momentum are h₀ + J φ'. This is an ordinary
@@ -16,4 +16,4 @@ namespace balance {
 ///        yet. The message is suitable for users.
 MotionOutcome solve_momentum_tasks(const Mechanism& mechanism, Trajectory& trajectory);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -9,7 +9,11 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::time_optimal {
+
+using numerics::FitStatus;
+using results::LimitableQuantity;
+
 namespace {
 
 using Kind = LimitableQuantity::Kind;
@@ -40,7 +44,7 @@ void merge_breakpoints(std::vector<double>& breakpoints, const std::vector<doubl
 /// Adds points where friction jumps, because a coordinate reverses.
 FitStatus add_friction_jumps(PathDynamicsSampler& sampler, std::vector<double>& breakpoints) {
   if (sampler.friction_count() == 0) return FitStatus::done;
-  PiecewiseChebyshevSeries rates;
+  numerics::PiecewiseChebyshevSeries rates;
   const auto sample = [&](const std::vector<double>& path_parameters, Samples& rows) {
     return sampler.sample_friction(path_parameters, rows);
   };
@@ -64,7 +68,7 @@ VectorX estimate_round_off_floor(PathDynamicsSampler& sampler, const std::vector
   for (const CoefficientColumns& limit : sampler.limits()) {
     const std::string& unit = limit.quantity.unit;
     const auto max_magnitude = [&](int column) {
-      return column < 0 ? 0.0 : max_abs(rows.middleCols(column, limit.quantity.count));
+      return column < 0 ? 0.0 : numerics::max_abs(rows.middleCols(column, limit.quantity.count));
     };
     const double scale = std::max({max_magnitude(limit.a), max_magnitude(limit.b), unit == "N" ? reactions.force : 0.0,
                                    unit == "N m" ? reactions.moment : 0.0});
@@ -78,10 +82,10 @@ VectorX estimate_round_off_floor(PathDynamicsSampler& sampler, const std::vector
 }
 
 /// The series of `panel`, followed by p' and p'' of the tool's position for the rows that need them.
-Samples append_tool_derivatives(const Panel& panel, const Panel& first, const Panel& second,
-                                const std::vector<PathConstraintRow>& rows,
+Samples append_tool_derivatives(const numerics::Panel& panel, const numerics::Panel& first,
+                                const numerics::Panel& second, const std::vector<PathConstraintRow>& rows,
                                 const std::vector<CoefficientColumns>& limits, Eigen::Index columns) {
-  Samples terms = Samples::Zero(PiecewiseChebyshevSeries::coefficient_count, columns);
+  Samples terms = Samples::Zero(numerics::PiecewiseChebyshevSeries::coefficient_count, columns);
   terms.leftCols(panel.coefficients.cols()) = panel.coefficients;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Kind kind = limits[i].quantity.kind;
@@ -116,7 +120,7 @@ void find_max_magnitudes(PathModel& model) {
   model.max_magnitude.setZero(model.value.function_count());
   VectorX values(model.value.function_count());
   for (std::size_t p = 0; p < model.value.panels().size(); ++p) {
-    const Panel& panel = model.value.panels()[p];
+    const numerics::Panel& panel = model.value.panels()[p];
     for (int k = 0; k <= 16; ++k) {
       model.value.evaluate(p, panel.begin + (panel.end - panel.begin) * k / 16, values.data());
       model.max_magnitude = model.max_magnitude.cwiseMax(values.cwiseAbs());
@@ -129,12 +133,13 @@ void drop_round_off_columns(const VectorX& floor, PathModel& model) {
   for (PathConstraintRow& row : model.rows)
     for (int* column : {&row.a, &row.b, &row.c, &row.d})
       if (*column >= 0 && *column < floor.size() &&
-          max_abs(model.max_magnitude.segment(*column, row.count)) <= 10 * max_abs(floor.segment(*column, row.count)))
+          numerics::max_abs(model.max_magnitude.segment(*column, row.count)) <=
+              10 * numerics::max_abs(floor.segment(*column, row.count)))
         *column = -1;
 }
 
 double max_column_magnitude(const PathModel& model, int column, int count) {
-  return column < 0 ? 0 : max_abs(model.max_magnitude.segment(column, count));
+  return column < 0 ? 0 : numerics::max_abs(model.max_magnitude.segment(column, count));
 }
 
 /// Rows without inertia limit only the rate. So do the other rows where their a vanishes.
@@ -156,16 +161,16 @@ void find_zero_inertia(PathModel& model) {
   }
 }
 
-void assemble_path_model(const PathDynamicsSampler& sampler, const PiecewiseChebyshevSeries& sampled,
+void assemble_path_model(const PathDynamicsSampler& sampler, const numerics::PiecewiseChebyshevSeries& sampled,
                          const VectorX& floor, PathModel& model) {
   Eigen::Index columns = sampled.function_count();
   add_rows(sampler.limits(), model, columns);
-  const PiecewiseChebyshevSeries first = sampled.derivative(), second = first.derivative();
-  std::vector<Panel> panels = sampled.panels();
+  const numerics::PiecewiseChebyshevSeries first = sampled.derivative(), second = first.derivative();
+  std::vector<numerics::Panel> panels = sampled.panels();
   for (std::size_t p = 0; p < panels.size(); ++p)
     panels[p].coefficients = append_tool_derivatives(sampled.panels()[p], first.panels()[p], second.panels()[p],
                                                      model.rows, sampler.limits(), columns);
-  model.value = PiecewiseChebyshevSeries(std::move(panels));
+  model.value = numerics::PiecewiseChebyshevSeries(std::move(panels));
   model.first = model.value.derivative();
   model.second = model.first.derivative();
   find_max_magnitudes(model);
@@ -187,7 +192,7 @@ PathModel build_path_model(const Mechanism& mechanism, const Trajectory& traject
   model.start_speed = sampler->start_speed();
   model.end_speed = sampler->end_speed();
   FitStatus status = add_friction_jumps(*sampler, model.breakpoints);
-  PiecewiseChebyshevSeries sampled;
+  numerics::PiecewiseChebyshevSeries sampled;
   VectorX floor;
   if (status == FitStatus::done) {
     const auto sample = [&](const std::vector<double>& path_parameters, Samples& rows) {
@@ -203,12 +208,12 @@ PathModel build_path_model(const Mechanism& mechanism, const Trajectory& traject
 }
 
 /// Bisects sign changes on a fine grid to full precision.
-std::vector<double> find_roots(const PiecewiseChebyshevSeries& series, Eigen::Index function) {
+std::vector<double> find_roots(const numerics::PiecewiseChebyshevSeries& series, Eigen::Index function) {
   constexpr int intervals_per_panel = 32;
   std::vector<double> roots;
   VectorX values(series.function_count());
   for (std::size_t p = 0; p < series.panels().size(); ++p) {
-    const Panel& panel = series.panels()[p];
+    const numerics::Panel& panel = series.panels()[p];
     const auto evaluate_at = [&](double s) {
       series.evaluate(p, s, values.data());
       return values[function];
@@ -236,7 +241,7 @@ std::vector<double> find_roots(const PiecewiseChebyshevSeries& series, Eigen::In
 Trajectory reparametrise_by_path(Trajectory trajectory) {
   trajectory.law = {.kind = MotionLawKind::uniform};
   trajectory.duration = 1;
-  if (auto* table = std::get_if<TablePath>(&trajectory.path); table != nullptr && table->time.size() > 1) {
+  if (auto* table = std::get_if<trajectory::TablePath>(&trajectory.path); table != nullptr && table->time.size() > 1) {
     const double first = table->time.front(), duration = table->time.back() - first;
     if (duration > 0 && std::isfinite(duration))
       for (double& time : table->time) time = (time - first) / duration;
@@ -253,7 +258,7 @@ constexpr double motion_epsilon = 1e-12;  // of a radian, or of the characterist
 
 /// "at t = 0.3 s: …" of the run in one second becomes "at 30 % of the path: …".
 MotionOutcome replace_time_prefix(MotionOutcome outcome) {
-  const std::string prefix = format_time_prefix(outcome.time);
+  const std::string prefix = trajectory::format_time_prefix(outcome.time);
   if (outcome.reason.starts_with(prefix)) {
     char text[64];
     std::snprintf(text, sizeof text, "at %.6g %% of the path: ", 100 * outcome.time);
@@ -286,8 +291,8 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     knots_ = path_.plan.prescribed_motion->knot_times();
     leg_ends_.insert(leg_ends_.begin(), 0);
     leg_ends_.push_back(1);
-    start_speed_ = speed(0, Side::after);
-    end_speed_ = speed(1, Side::before);
+    start_speed_ = speed(0, trajectory::Side::after);
+    end_speed_ = speed(1, trajectory::Side::before);
     for (const Friction& friction : mechanism.friction)
       if (friction.dry_friction(1) != 0 || friction.dry_friction(-1) != 0) friction_.push_back(friction.coordinate);
     for (const LimitableQuantity& quantity : quantities) add_quantity(quantity);
@@ -297,14 +302,14 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
 
   bool sample(const std::vector<double>& path_parameters, Samples& rows) override {
     rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), columns_);
-    return visit_path_points(path_parameters,
-                             [&](TreeMotionSource<S>& source, Eigen::Index row) { fill(source, &rows(row, 0)); });
+    return visit_path_points(
+        path_parameters, [&](dynamics::TreeMotionSource<S>& source, Eigen::Index row) { fill(source, &rows(row, 0)); });
   }
 
   bool sample_friction(const std::vector<double>& path_parameters, Samples& rows) override {
     rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), friction_count());
-    return visit_path_points(path_parameters, [&](TreeMotionSource<S>& source, Eigen::Index row) {
-      source.evaluator().evaluate(source.stepper(), Detail::kinematics);
+    return visit_path_points(path_parameters, [&](dynamics::TreeMotionSource<S>& source, Eigen::Index row) {
+      source.evaluator().evaluate(source.stepper(), dynamics::Detail::kinematics);
       for (std::size_t i = 0; i < friction_.size(); ++i)
         rows(row, static_cast<Eigen::Index>(i)) = source.sample().velocity[friction_[i]];
     });
@@ -313,7 +318,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   ReactionMagnitude max_reactions(const std::vector<double>& path_parameters) override {
     ReactionMagnitude reactions;
     const bool previous_detail = std::exchange(all_detail_, true);
-    visit_path_points(path_parameters, [&](TreeMotionSource<S>& source, Eigen::Index) {
+    visit_path_points(path_parameters, [&](dynamics::TreeMotionSource<S>& source, Eigen::Index) {
       for (const auto& [ds, dds] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
         const Sample& observed = observe(source, ds, dds);
         for (const Vector3& force : observed.joint_force) reactions.force = std::max(reactions.force, force.norm());
@@ -331,16 +336,17 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
  private:
   /// Whether driven quantities change by more than round-off.
   bool is_moving() const {
-    DriveSample sample;
+    trajectory::DriveSample sample;
     for (int k = 0; k < motion_check_points; ++k) {
-      path_.plan.prescribed_motion->at((k + 0.5) / motion_check_points, Side::after, sample);
-      if (max_abs(sample.rate) > motion_epsilon * std::min(1.0, path_.tree.characteristic_length)) return true;
+      path_.plan.prescribed_motion->at((k + 0.5) / motion_check_points, trajectory::Side::after, sample);
+      if (numerics::max_abs(sample.rate) > motion_epsilon * std::min(1.0, path_.tree.characteristic_length))
+        return true;
     }
     return false;
   }
 
-  double speed(double time, Side side) const {
-    DriveSample sample;
+  double speed(double time, trajectory::Side side) const {
+    trajectory::DriveSample sample;
     path_.plan.prescribed_motion->at(time, side, sample);
     const std::size_t point = std::max(path_.plan.drive.point.size(), path_.plan.drive.com.size());
     return point > 0 ? sample.rate.head(static_cast<Eigen::Index>(point)).norm() : sample.rate.norm();
@@ -362,24 +368,25 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     limits_.push_back(limit);
   }
 
-  TreeMotionSource<S> make_source() const {
-    return {mechanism_, path_, trajectory_.about, all_detail_ ? Detail::all : Detail::forces};
+  dynamics::TreeMotionSource<S> make_source() const {
+    return {mechanism_, path_, trajectory_.about, all_detail_ ? dynamics::Detail::all : dynamics::Detail::forces};
   }
 
   template <class Visit>
   bool visit_path_points(const std::vector<double>& path_parameters, Visit visit) {
-    TreeMotionSource<S> source = make_source();
+    dynamics::TreeMotionSource<S> source = make_source();
     Eigen::Index row = 0;
-    const bool is_feasible = visit_times(
-        source, source.prescribed_motion().segment_end_times(), path_parameters,
-        [&](bool is_leg_end) { is_leg_end ? source.update_accelerations(Side::after) : visit(source, row++); });
+    const bool is_feasible =
+        visit_times(source, source.prescribed_motion().segment_end_times(), path_parameters, [&](bool is_leg_end) {
+          is_leg_end ? source.update_accelerations(trajectory::Side::after) : visit(source, row++);
+        });
     if (!is_feasible) outcome_ = replace_time_prefix(source.outcome());
     return is_feasible;
   }
 
   /// Evaluates the mechanism for the rate s' and the acceleration s'' of the path parameter.
-  const Sample& observe(TreeMotionSource<S>& source, double ds, double dds) {
-    MotionStepper<S>& stepper = source.stepper();
+  const Sample& observe(dynamics::TreeMotionSource<S>& source, double ds, double dds) {
+    kinematics::MotionStepper<S>& stepper = source.stepper();
     for (int c = 0; c < path_.tree.columns; ++c) {
       rate_[c] = ds * stepper.dy()[c];
       acceleration_[c] = ds * ds * stepper.ddy()[c] + dds * stepper.dy()[c];
@@ -394,7 +401,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   /// At rest, with s'' = 1, and with s' = 1 the quantities are c, a + c and b + c (plus friction). Friction adds
   /// f + d s', where f is dry friction. The values v₁, v₂, v₃ at s' = 1, 2, 3 give b = (v₃ − 2v₂ + v₁)/2 and
   /// d = v₂ − v₁ − 3b. In motion, c + f replaces c.
-  void fill(TreeMotionSource<S>& source, double* row) {
+  void fill(dynamics::TreeMotionSource<S>& source, double* row) {
     const auto visit = [&](double ds, double dds, auto accumulate) {
       const Sample& observed = observe(source, ds, dds);
       for (const CoefficientColumns& limit : limits_) {
@@ -438,7 +445,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
 
   const Mechanism& mechanism_;
   Trajectory trajectory_;
-  const CompiledMotion<S> path_;
+  const kinematics::CompiledMotion<S> path_;
   bool all_detail_ = false;
   std::vector<int> friction_;
   std::vector<double> rate_, acceleration_;
@@ -449,7 +456,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
 std::unique_ptr<PathDynamicsSampler> make_path_dynamics_sampler(const Mechanism& mechanism,
                                                                 const Trajectory& trajectory,
                                                                 const std::vector<LimitableQuantity>& quantities) {
-  return dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<PathDynamicsSampler> {
+  return kinematics::dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<PathDynamicsSampler> {
     return std::make_unique<PathDynamicsSamplerOf<S>>(mechanism, trajectory, quantities);
   });
 }
@@ -484,7 +491,7 @@ ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& poi
 namespace {
 
 void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
-  for (const MotionLimit& limit : trajectory.limits) {
+  for (const trajectory::MotionLimit& limit : trajectory.limits) {
     const double lower_bound = limit.lower_bound.value_or(-limit.upper_bound);
     if (!(lower_bound < limit.upper_bound) || !std::isfinite(lower_bound) || !std::isfinite(limit.upper_bound))
       throw std::invalid_argument(
@@ -497,7 +504,7 @@ void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
 }  // namespace
 
 std::vector<LimitableQuantity> require_limited_quantities(const Mechanism& mechanism, const std::string& name) {
-  std::vector<LimitableQuantity> quantities = find_limitable_quantities(mechanism, name);
+  std::vector<LimitableQuantity> quantities = results::find_limitable_quantities(mechanism, name);
   if (quantities.empty()) throw std::invalid_argument("no law of motion can limit '" + name + "' of this mechanism");
   return quantities;
 }
@@ -513,7 +520,7 @@ void require_constant_loads(const Mechanism& mechanism, const std::string& what)
 PathLimits collect_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   check_limits(mechanism, trajectory);
   PathLimits limits;
-  for (const MotionLimit& limit : trajectory.limits)
+  for (const trajectory::MotionLimit& limit : trajectory.limits)
     for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, limit.quantity)) {
       if (limit.lower_bound && quantity.count > 1)
         throw std::invalid_argument("the magnitude of " + quantity.name + " has no lower bound: limit a component");
@@ -532,4 +539,4 @@ PathModel build_limited_path_model(const Mechanism& mechanism, const Trajectory&
   return model;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

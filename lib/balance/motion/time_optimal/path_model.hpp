@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 constexpr double breakpoint_tolerance = 1e-9;  ///< of the parameter: points closer than this coincide
 
@@ -28,8 +28,8 @@ struct PathConstraintRow {
 struct PathModel {
   MotionOutcome outcome;  ///< done, or why there is no model
   std::vector<PathConstraintRow> rows;
-  PiecewiseChebyshevSeries value, first, second;  ///< the columns and their two derivatives with respect to s
-  std::vector<double> segment_ends;               ///< where the motion is at rest, including 0 and 1
+  numerics::PiecewiseChebyshevSeries value, first, second;  ///< the columns and their two derivatives with respect to s
+  std::vector<double> segment_ends;                         ///< where the motion is at rest, including 0 and 1
   std::vector<double> breakpoints;          ///< leg ends, knots, jumps of friction, zeros of a row's a; increasing
   std::vector<double> zero_inertia_points;  ///< the breakpoints at which a row's a is zero
   double start_speed = 0, end_speed = 0;    ///< of the driven point at both ends for s' = 1
@@ -38,10 +38,10 @@ struct PathModel {
 
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
 PathModel build_path_model(const Mechanism& mechanism, const Trajectory& trajectory,
-                           const std::vector<LimitableQuantity>& quantities);
+                           const std::vector<results::LimitableQuantity>& quantities);
 
 /// Zeros of one function of a series, by its sign changes; increasing.
-std::vector<double> find_roots(const PiecewiseChebyshevSeries& series, Eigen::Index function);
+std::vector<double> find_roots(const numerics::PiecewiseChebyshevSeries& series, Eigen::Index function);
 
 // Coefficients of s'', s'², 1 and s' of the limited quantities at points of a path.
 
@@ -50,7 +50,7 @@ Trajectory reparametrise_by_path(Trajectory trajectory);
 
 /// Columns of one quantity's coefficients in a row of samples: `count` columns each; −1: none.
 struct CoefficientColumns {
-  LimitableQuantity quantity;
+  results::LimitableQuantity quantity;
   int a = -1, b = -1, c = -1, d = -1;  ///< of s'', s'², 1, s'
 };
 
@@ -68,7 +68,7 @@ class PathDynamicsSampler {
   /// Knots of splines, at which accelerations have kinks.
   const std::vector<double>& knots() const { return knots_; }
   /// Number of components of the corridor's point. @throws std::invalid_argument if there are fewer than two
-  int corridor_components() const { return balance::count_corridor_components(quantities_); }
+  int corridor_components() const { return trajectory::count_corridor_components(quantities_); }
   /// Speed of the driven point at both ends for s' = 1 [m]; without a point, the norm of the driven coordinates' rates.
   double start_speed() const { return start_speed_; }
   double end_speed() const { return end_speed_; }
@@ -93,15 +93,15 @@ class PathDynamicsSampler {
   std::vector<CoefficientColumns> limits_;
   int columns_ = 0;
   std::vector<double> leg_ends_, knots_;
-  DriveQuantities quantities_;
+  trajectory::DriveQuantities quantities_;
   double start_speed_ = 0, end_speed_ = 0;
 };
 
 /// @param trajectory its law, duration and limits have no effect
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
-std::unique_ptr<PathDynamicsSampler> make_path_dynamics_sampler(const Mechanism& mechanism,
-                                                                const Trajectory& trajectory,
-                                                                const std::vector<LimitableQuantity>& quantities);
+std::unique_ptr<PathDynamicsSampler> make_path_dynamics_sampler(
+    const Mechanism& mechanism, const Trajectory& trajectory,
+    const std::vector<results::LimitableQuantity>& quantities);
 
 // A limited quantity at a point of a motion along a path, with its derivatives.
 
@@ -125,12 +125,12 @@ ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& poi
 
 /// All limits as given, including several on one quantity.
 struct PathLimits {
-  std::vector<LimitableQuantity> quantities;
+  std::vector<results::LimitableQuantity> quantities;
   std::vector<double> half_widths, centres;  ///< half of the difference of two limits, and their mean
 };
 
 /// The quantities that a name stands for. @throws std::invalid_argument if there are none
-std::vector<LimitableQuantity> require_limited_quantities(const Mechanism& mechanism, const std::string& name);
+std::vector<results::LimitableQuantity> require_limited_quantities(const Mechanism& mechanism, const std::string& name);
 
 /// @param what the law or path to be found: "the law 'fastest'"
 /// @throws std::invalid_argument if a load depends on time, since a point of the path can be passed at any time
@@ -142,4 +142,4 @@ PathLimits collect_limits(const Mechanism& mechanism, const Trajectory& trajecto
 /// The path model whose first rows are the limits, each about its centre.
 PathModel build_limited_path_model(const Mechanism& mechanism, const Trajectory& trajectory, const PathLimits& limits);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

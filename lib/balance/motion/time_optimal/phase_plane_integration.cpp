@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <optional>
 
-namespace balance {
+namespace balance::time_optimal {
 namespace {
 
 constexpr int scan_points = 400;                  // per leg, for examining the maximum velocity curve
@@ -493,4 +493,4 @@ TimeOptimalLaw integrate_phase_plane(const PathModel& model, const std::vector<d
   return law;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// A deceleration profile that bounds the rate, up to where it leaves the maximum velocity curve or the leg ends.
 struct DecelerationProfile {
@@ -35,4 +35,4 @@ ProfilePoint interpolate_profile(const VelocityProfile& profile, double s);
 /// "at 30 % of the path".
 std::string format_path_parameter(double s);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace balance {
+namespace balance::time_optimal {
 namespace {
 
 constexpr double path_parameter_tolerance = 1e-12;    // per step, as a fraction of the path
@@ -284,7 +284,7 @@ class PhasePlaneIntegrator {
 }  // namespace
 
 ProfilePoint interpolate(const ProfilePoint& a, const ProfilePoint& b, double t) {
-  const PhasePoint point = interpolate_quintic({a.t, a.s, a.v, a.u}, {b.t, b.s, b.v, b.u}, t);
+  const trajectory::PhasePoint point = trajectory::interpolate_quintic({a.t, a.s, a.v, a.u}, {b.t, b.s, b.v, b.u}, t);
   return {t, point.s, point.v, point.u, a.row};
 }
 
@@ -319,7 +319,7 @@ constexpr double expansion_step_fraction = 1e-3;
 
 std::vector<SegmentRange> split_into_segments(const PathModel& model) {
   std::vector<SegmentRange> legs;
-  const std::vector<Panel>& panels = model.value.panels();
+  const std::vector<numerics::Panel>& panels = model.value.panels();
   for (std::size_t i = 0; i + 1 < model.segment_ends.size(); ++i) {
     SegmentRange leg{model.segment_ends[i], model.segment_ends[i + 1], {}};
     double from = leg.begin;
@@ -386,4 +386,4 @@ bool step_from_zero_inertia(AccelerationLimits& limits, const SmoothInterval& in
   return true;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

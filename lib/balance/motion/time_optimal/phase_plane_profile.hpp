@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// A point of a profile.
 struct ProfilePoint {
@@ -100,4 +100,4 @@ class ZeroInertia {
 bool step_from_zero_inertia(AccelerationLimits& limits, const SmoothInterval& interval, const ZeroInertia::Start& start,
                             int row, int side, VelocityProfile& profile);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::time_optimal {
 namespace {
 
 constexpr double initial_cells = 1000;            // per leg
@@ -313,4 +313,4 @@ TimeOptimalLaw solve_by_reachability(const PathModel& model, const std::vector<d
   return ReachabilitySolver(model, bounds, leg, rates).run();
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// Solves one leg. In every cell s'' is linear in s and the limits hold at both ends. Cells are halved until the limits
 /// also hold between the nodes and one of them is active nearly everywhere.
@@ -14,4 +14,4 @@ namespace balance {
 TimeOptimalLaw solve_by_reachability(const PathModel& model, const std::vector<double>& bounds, const SegmentRange& leg,
                                      const EndpointRates& rates);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

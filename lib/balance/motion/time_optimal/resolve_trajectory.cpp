@@ -14,13 +14,14 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 // Maximum velocity curve and constant momentum.
 
 /// Fills the maximum velocity curve of a phase plane.
 /// @param bounds one per row of the model
-void add_maximum_velocity_curve(const PathModel& model, const std::vector<double>& bounds, PhasePlane& plane);
+void add_maximum_velocity_curve(const PathModel& model, const std::vector<double>& bounds,
+                                trajectory::PhasePlane& plane);
 
 /// Law that traverses a path with constant angular momentum.
 struct ConstantMomentumLaw {
@@ -44,12 +45,13 @@ constexpr double min_points_per_panel = 4;  // per panel
 
 }  // namespace
 
-void add_maximum_velocity_curve(const PathModel& model, const std::vector<double>& bounds, PhasePlane& plane) {
+void add_maximum_velocity_curve(const PathModel& model, const std::vector<double>& bounds,
+                                trajectory::PhasePlane& plane) {
   AccelerationLimits limits(model, bounds);
   std::vector<double> path_parameters, path_rates;
   double guess = 0;
   for (std::size_t p = 0; p < model.value.panels().size(); ++p) {
-    const Panel& panel = model.value.panels()[p];
+    const numerics::Panel& panel = model.value.panels()[p];
     const double width = panel.end - panel.begin;
     const int intervals = static_cast<int>(std::max(min_points_per_panel, std::ceil(curve_points * width)));
     for (int k = 0; k <= intervals; ++k) {
@@ -86,9 +88,9 @@ std::string explain_sign_change(double s, const ConstantMomentumLaw& law, double
 }
 
 /// @return location of the minimum of a mostly positive function, or of the maximum of a mostly negative one
-double find_momentum_range(const PiecewiseChebyshevSeries& g, ConstantMomentumLaw& law) {
+double find_momentum_range(const numerics::PiecewiseChebyshevSeries& g, ConstantMomentumLaw& law) {
   std::vector<double> candidates = find_roots(g.derivative(), 0);
-  for (const Panel& panel : g.panels()) candidates.insert(candidates.end(), {panel.begin, panel.end});
+  for (const numerics::Panel& panel : g.panels()) candidates.insert(candidates.end(), {panel.begin, panel.end});
   law.min_momentum_per_rate = INFINITY, law.max_momentum_per_rate = -INFINITY;
   double min_location = 0, max_location = 0, value = 0;
   for (const double s : candidates) {
@@ -110,9 +112,9 @@ ConstantMomentumLaw find_constant_momentum_law(const PathModel& model, double du
     result.refusal = "the mechanism has no angular momentum on this path that could be kept";
     return result;
   }
-  std::vector<Panel> panels = model.value.panels();
-  for (Panel& panel : panels) panel.coefficients = Samples(panel.coefficients.col(column));
-  const PiecewiseChebyshevSeries g(std::move(panels)), integral_of_g = g.integral();
+  std::vector<numerics::Panel> panels = model.value.panels();
+  for (numerics::Panel& panel : panels) panel.coefficients = Samples(panel.coefficients.col(column));
+  const numerics::PiecewiseChebyshevSeries g(std::move(panels)), integral_of_g = g.integral();
   VectorX columns(model.value.function_count());
   const double critical_s = find_momentum_range(g, result);
   if (!(result.min_momentum_per_rate * result.max_momentum_per_rate > 0) ||
@@ -126,7 +128,7 @@ ConstantMomentumLaw find_constant_momentum_law(const PathModel& model, double du
   result.momentum = total / duration;
   for (std::size_t p = 0; p < g.panels().size(); ++p)
     for (int k = p == 0 ? 0 : 1; k <= nodes_per_panel; ++k) {
-      const Panel& panel = g.panels()[p];
+      const numerics::Panel& panel = g.panels()[p];
       const double s = k == nodes_per_panel ? panel.end : panel.begin + (panel.end - panel.begin) * k / nodes_per_panel;
       double partial = 0;
       model.value.evaluate(p, s, columns.data());
@@ -153,8 +155,8 @@ bool is_switch(const TimeLawNode& node) {
   return std::abs(node.u_after - node.u_before) > switch_tolerance * (std::abs(node.u_after) + std::abs(node.u_before));
 }
 
-OptimisedLaw describe_law(const PathModel& model, const TimeOptimalLaw& law, double time_scale) {
-  OptimisedLaw result;
+trajectory::OptimisedLaw describe_law(const PathModel& model, const TimeOptimalLaw& law, double time_scale) {
+  trajectory::OptimisedLaw result;
   result.duration = law.duration() * time_scale;
   for (std::size_t k = 0; k + 1 < law.nodes.size(); ++k) {
     const TimeLawNode &a = law.nodes[k], &b = law.nodes[k + 1];
@@ -198,7 +200,9 @@ void add_mvc_of_limits(const Mechanism& mechanism, ResolvedTrajectory& resolved)
 
 bool has_momentum_task(const Trajectory& trajectory) {
   return std::any_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(),
-                     [](const SecondaryTask& task) { return std::holds_alternative<MomentumTask>(task.kind); });
+                     [](const trajectory::SecondaryTask& task) {
+                       return std::holds_alternative<trajectory::MomentumTask>(task.kind);
+                     });
 }
 
 /// Finds the law along a path with constant angular momentum.
@@ -269,4 +273,4 @@ ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajecto
   return resolved;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

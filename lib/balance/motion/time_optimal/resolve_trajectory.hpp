@@ -9,14 +9,14 @@
 
 #include <optional>
 
-namespace balance {
+namespace balance::time_optimal {
 
 struct ResolvedTrajectory {
-  MotionOutcome outcome;                      ///< done, or why there is no law
-  Trajectory trajectory;                      ///< with the nodes of the law and its duration
-  std::optional<OptimisedLaw> optimised_law;  ///< none if the law needed no search
-  std::optional<CorridorResult> corridor;     ///< none without a corridor, or if its path was known
-  PhasePlane phase_plane;                     ///< only the maximum velocity curve; empty without limits
+  MotionOutcome outcome;                                  ///< done, or why there is no law
+  Trajectory trajectory;                                  ///< with the nodes of the law and its duration
+  std::optional<trajectory::OptimisedLaw> optimised_law;  ///< none if the law needed no search
+  std::optional<trajectory::CorridorResult> corridor;     ///< none without a corridor, or if its path was known
+  trajectory::PhasePlane phase_plane;                     ///< only the maximum velocity curve; empty without limits
 };
 
 /// Completes a trajectory with a law and a path that can be followed. Parts that need no search, or have been found, do
@@ -25,4 +25,4 @@ struct ResolvedTrajectory {
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
 ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajectory& trajectory);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

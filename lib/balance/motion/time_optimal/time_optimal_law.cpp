@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::time_optimal {
 namespace {
 
 constexpr double max_relative_violation = 1e-5;  // of a limit
@@ -68,7 +68,7 @@ std::string check_static_feasibility(const PathModel& model, const std::vector<d
   double worst_ratio = 1 + 1e-9, worst_s = 0;
   int row = -1;
   for (std::size_t p = 0; p < model.value.panels().size(); ++p) {
-    const Panel& panel = model.value.panels()[p];
+    const numerics::Panel& panel = model.value.panels()[p];
     for (int k = 0; k <= 32; ++k) {
       const double s = panel.begin + (panel.end - panel.begin) * k / 32;
       limits.move_to(s, p, p + 1);
@@ -129,7 +129,7 @@ class MinPeakSearch {
 
  private:
   double max_magnitude(int column, const PathConstraintRow& row) const {
-    return column < 0 ? 0 : max_abs(model_.max_magnitude.segment(column, row.count));
+    return column < 0 ? 0 : numerics::max_abs(model_.max_magnitude.segment(column, row.count));
   }
 
   static MinPeakLaw make_infeasible(std::string text) {
@@ -263,7 +263,8 @@ PathLimits make_law_limits(const Mechanism& mechanism, const Trajectory& traject
   validate_law_request(mechanism, trajectory);
   PathLimits law_limits = collect_limits(mechanism, trajectory);
   if (trajectory.law.kind == MotionLawKind::min_peak)
-    for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, trajectory.min_peak_quantity))
+    for (const results::LimitableQuantity& quantity :
+         require_limited_quantities(mechanism, trajectory.min_peak_quantity))
       law_limits.quantities.push_back(quantity);
   return law_limits;
 }
@@ -283,4 +284,4 @@ MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& law_limits,
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::time_optimal

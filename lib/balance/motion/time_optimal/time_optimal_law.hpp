@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::time_optimal {
 
 /// A node of the law: s'' on both sides and the active row after it.
 struct TimeLawNode {
@@ -75,4 +75,4 @@ PathLimits make_law_limits(const Mechanism& mechanism, const Trajectory& traject
 /// @return the law, or why there is none; with the peak if that is minimised
 MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& law_limits, const Trajectory& trajectory);
 
-}  // namespace balance
+}  // namespace balance::time_optimal

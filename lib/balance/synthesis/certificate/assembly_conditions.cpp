@@ -25,7 +25,7 @@ struct PrescribedPose {
 
 std::vector<PrescribedPose> list_poses(const TrajectoryOf<Expression>& trajectory) {
   std::vector<PrescribedPose> poses;
-  const auto add = [&](const PoseTargetOf<Expression>& target) {
+  const auto add = [&](const trajectory::PoseTargetOf<Expression>& target) {
     PrescribedPose pose;
     if (trajectory.drive == DriveKind::joints)
       for (const auto& joint : target.joints)
@@ -35,11 +35,11 @@ std::vector<PrescribedPose> list_poses(const TrajectoryOf<Expression>& trajector
       pose.tool = Vector3((*target.tool)[0].value(), (*target.tool)[1].value(), 0);
     poses.push_back(std::move(pose));
   };
-  if (trajectory.corridor || std::holds_alternative<TablePathOf<Expression>>(trajectory.path)) return poses;
+  if (trajectory.corridor || std::holds_alternative<trajectory::TablePathOf<Expression>>(trajectory.path)) return poses;
   add(trajectory.from);
-  if (const auto* waypoints = std::get_if<WaypointPathOf<Expression>>(&trajectory.path))
+  if (const auto* waypoints = std::get_if<trajectory::WaypointPathOf<Expression>>(&trajectory.path))
     for (const auto& point : waypoints->points) add(point);
-  if (!std::holds_alternative<CirclePathOf<Expression>>(trajectory.path)) add(trajectory.to);
+  if (!std::holds_alternative<trajectory::CirclePathOf<Expression>>(trajectory.path)) add(trajectory.to);
   if (poses.size() != 2 || poses[0].joints.size() != 1 || poses[1].joints.size() != 1 ||
       poses[0].joints.begin()->first != poses[1].joints.begin()->first)
     return poses;
@@ -85,7 +85,7 @@ class ConditionLister {
  private:
   using Coefficient = LengthPolynomial::Coefficient;
 
-  const JointOf<Expression>& joint_of(int coordinate) const {
+  const model::JointOf<Expression>& joint_of(int coordinate) const {
     const JointId joint = mechanism_.coordinates[static_cast<std::size_t>(coordinate)].joint;
     return mechanism_.joints[static_cast<std::size_t>(joint)];
   }

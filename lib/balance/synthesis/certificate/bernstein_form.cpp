@@ -131,7 +131,8 @@ BernsteinCoefficients BernsteinForm::convert(const LengthBox& box) const {
 std::pair<double, double> enclose_range(const LengthPolynomial& p, const LengthBox& box) {
   const BernsteinCoefficients coefficients = BernsteinForm({p}).convert(box);
   const double margin = bernstein_round_off * coefficients.magnitudes[0];
-  return {min_coefficient(coefficients.values) - margin, max_coefficient(coefficients.values) + margin};
+  return {numerics::min_coefficient(coefficients.values) - margin,
+          numerics::max_coefficient(coefficients.values) + margin};
 }
 
 }  // namespace balance::certificate

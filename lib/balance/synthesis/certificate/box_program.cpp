@@ -131,7 +131,7 @@ struct BoxProgram::Assembly {
     block.corner = corner;
     block.count = columns.plain.values.rows();
     block.scales = columns.plain.values.col(0);
-    if (!(min_coefficient(block.scales) > 0)) return false;
+    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
     block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
     block.magnitudes = VectorX::Zero(size);
     block.constant_magnitude = columns.plain.magnitudes[0];
@@ -163,7 +163,7 @@ struct BoxProgram::Assembly {
     block.kind = Kind::objective;
     block.count = columns.plain.values.rows();
     block.scales = columns.plain.values.col(1);
-    if (!(min_coefficient(block.scales) > 0)) return false;
+    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
     block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
     block.magnitudes = VectorX::Zero(size);
     block.constant_magnitude = columns.plain.magnitudes[0];
@@ -213,7 +213,7 @@ struct BoxProgram::Assembly {
       const int limit = limit_index[static_cast<std::size_t>(block.counterweight)];
       double size_sum = 0;
       for (Eigen::Index part = 0; part < parts; ++part) size_sum += std::abs(x[limit_column(part, limit)]);
-      const double excess = max_coefficient(rows.middleRows(block.begin, block.count) * x);
+      const double excess = numerics::max_coefficient(rows.middleRows(block.begin, block.count) * x);
       x[limit_column(0, limit)] -= std::max(excess + bernstein_round_off * size_sum, 0.0);
     }
     double violation = 0;
@@ -221,13 +221,13 @@ struct BoxProgram::Assembly {
       if (block.kind != Kind::height) continue;
       const VectorX excess =
           rows.middleRows(block.begin, block.count) * x - right.segment(block.begin, block.count) + round_off(block, x);
-      violation = std::max(violation, max_coefficient(excess));
+      violation = std::max(violation, numerics::max_coefficient(excess));
     }
     x /= 1 + violation;
     const Block& objective = blocks.back();
     x[bound_column()] =
-        min_coefficient(right.segment(objective.begin, objective.count) -
-                        rows.middleRows(objective.begin, objective.count) * x - round_off(objective, x));
+        numerics::min_coefficient(right.segment(objective.begin, objective.count) -
+                                  rows.middleRows(objective.begin, objective.count) * x - round_off(objective, x));
   }
 
   /// Weight of the active rows that want each length small or large, by the change of their slack along it.
@@ -291,7 +291,7 @@ std::vector<int> BoxProgram::find_active_conditions(const LengthBox& box) const 
 bool BoxProgram::has_positive_scales(const LengthBox& box) const {
   return std::all_of(positive_.begin(), positive_.end(), [&](const BernsteinForm& form) {
     const BernsteinCoefficients coefficients = form.convert(box);
-    return min_coefficient(coefficients.values) > bernstein_round_off * coefficients.magnitudes[0];
+    return numerics::min_coefficient(coefficients.values) > bernstein_round_off * coefficients.magnitudes[0];
   });
 }
 
@@ -357,9 +357,9 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   rows.add_multiplier_bounds();
   VectorX gain = VectorX::Zero(rows.size);
   gain[rows.bound_column()] = 1;
-  const InequalityProgramSolution solution =
-      solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
-  if (solution.status != LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
+  const numerics::InequalityProgramSolution solution =
+      numerics::solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
+  if (solution.status != numerics::LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
   VectorX x = solution.x;
   const VectorX slack = rows.right.head(rows.count) - rows.rows.topRows(rows.count) * x;
   rows.repair(x);

@@ -310,7 +310,7 @@ bool DiscreteDomain::complete(VectorX& x) const {
 }
 
 bool DiscreteDomain::has_different_sizes(const VectorX& x, const std::vector<bool>& is_present) const {
-  for (const DifferentNumbers& different : space_.start.design.all_different) {
+  for (const study::DifferentNumbers& different : space_.start.design.all_different) {
     double scale = 0;
     for (const int i : different.numbers)
       for (const double size : space_.start.free_numbers[static_cast<std::size_t>(i)].discrete_values)
@@ -318,7 +318,7 @@ bool DiscreteDomain::has_different_sizes(const VectorX& x, const std::vector<boo
     std::vector<double> taken = different.taken;
     for (const int i : different.numbers) {
       if (!is_present[static_cast<std::size_t>(i)]) continue;
-      if (is_taken(taken, x[i], scale)) return false;
+      if (study::is_taken(taken, x[i], scale)) return false;
       taken.push_back(x[i]);
     }
   }

@@ -14,10 +14,8 @@
 #include <queue>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::certificate {
 namespace {
-
-using namespace certificate;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Relative to the bound: lengths on which the active inequalities agree better have their worst value at a corner.
@@ -67,11 +65,13 @@ class ConditionsJudge : public LengthDesignJudge {
 
  private:
   bool is_design(const VectorX& x) const {
-    const DesignInstance instance = space_.instantiate(x);
+    const study::DesignInstance instance = space_.instantiate(x);
     if (!instance.mode_issue.empty()) return false;
     const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
     if (conditions.status != ConditionsStatus::done) return false;
-    if (max_abs(scaled_residuals(conditions, term_values(instance.mechanism))) > balance_tolerance) return false;
+    if (numerics::max_abs(scaled_residuals(conditions, conditions::term_values(instance.mechanism))) >
+        balance_tolerance)
+      return false;
     return std::all_of(trajectories_.begin(), trajectories_.end(), [&](int index) {
       return can_follow(instance.mechanism, instance.trajectories[static_cast<std::size_t>(index)]);
     });
@@ -744,4 +744,4 @@ LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge
   return search.result();
 }
 
-}  // namespace balance
+}  // namespace balance::certificate

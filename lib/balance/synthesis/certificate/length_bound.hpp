@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::certificate {
 
 /// Decides whether values of the free numbers are a design: whether they can be assembled, move as required and are
 /// balanced.
@@ -36,7 +36,7 @@ struct LengthBoundOptions {
   /// Indices of trajectories that every design must follow; lengths with which they cannot be assembled do not count.
   std::vector<int> required_trajectories = {};
   /// Of the spec's elements; must not be empty if the spec has choices.
-  std::vector<certificate::ElementChoice> choices = {};
+  std::vector<ElementChoice> choices = {};
   bool keeps_certificates = false;
 };
 
@@ -50,9 +50,9 @@ struct LengthBoundProgress {
 /// The proof for one box of lengths.
 struct LengthCertificate {
   int geometry = 0;  ///< into LengthBound::geometries
-  certificate::LengthBox box;
+  LengthBox box;
   double bound = 0;  ///< no design with these lengths is lighter [kg]
-  certificate::BoxCertificate multipliers;
+  BoxCertificate multipliers;
 };
 
 struct LengthBound {
@@ -73,7 +73,7 @@ struct LengthBound {
   /// If asked for, of boxes that cover all lengths that meet the geometries' conditions.
   std::vector<LengthCertificate> certificates;
   /// If asked for, of the bound, per geometry. Empty with sizes or choices.
-  std::vector<certificate::GeometryProof> proof;
+  std::vector<GeometryProof> proof;
 
   bool is_impossible() const { return reason.empty() && std::isinf(lower_bound); }
   /// (best − lower_bound) / best; infinite without a design.
@@ -109,4 +109,4 @@ class LengthBoundSearch {
 LengthBound bound_over_lengths(const DesignSpace& space, const LengthDesignJudge& judge,
                                const LengthBoundOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::certificate

@@ -16,22 +16,22 @@ constexpr double argument_tolerance = 1e-14;
 /// Relative to what is added up in a term.
 constexpr double remainder_tolerance = 1e-14;
 
-using Value = std::optional<LengthPolynomial>;
+using OptionalPolynomial = std::optional<LengthPolynomial>;
 
 /// Whether an exponent is a small non-negative integer.
-std::optional<int> find_power(const Value& exponent) {
+std::optional<int> find_power(const OptionalPolynomial& exponent) {
   const auto value = exponent->constant_value();
   if (!value || value->real() != std::floor(value->real()) || value->real() < 0 || value->real() > max_power) return {};
   return static_cast<int>(value->real());
 }
 
 struct PolynomialAlgebra {
-  using Value = certificate::Value;
+  using Value = OptionalPolynomial;
   int variables = 0;
 
   Value constant(double value) const { return LengthPolynomial::constant(variables, value); }
 
-  Value apply(const ExpressionNode& node, const Value& a, const Value& b, const Value& c) const {
+  Value apply(const expression::ExpressionNode& node, const Value& a, const Value& b, const Value& c) const {
     if (!a || !b || !c) return {};
     Value result = combine(node, *a, *b, b);
     if (!result) result = fold(node, *a, *b, *c);
@@ -40,16 +40,16 @@ struct PolynomialAlgebra {
   }
 
  private:
-  Value combine(const ExpressionNode& node, const LengthPolynomial& a, const LengthPolynomial& b,
+  Value combine(const expression::ExpressionNode& node, const LengthPolynomial& a, const LengthPolynomial& b,
                 const Value& exponent) const {
     switch (node.operation) {
-      case Operation::alias: return a;
-      case Operation::add: return a + b;
-      case Operation::subtract: return a - b;
-      case Operation::multiply: return a * b;
-      case Operation::divide: return b.is_zero() ? Value() : a.divide(b);
-      case Operation::negate: return -a;
-      case Operation::power: {
+      case expression::Operation::alias: return a;
+      case expression::Operation::add: return a + b;
+      case expression::Operation::subtract: return a - b;
+      case expression::Operation::multiply: return a * b;
+      case expression::Operation::divide: return b.is_zero() ? Value() : a.divide(b);
+      case expression::Operation::negate: return -a;
+      case expression::Operation::power: {
         const auto n = find_power(exponent);
         if (!n || a.constant_value()) return {};
         LengthPolynomial product = LengthPolynomial::constant(variables, 1);
@@ -64,11 +64,11 @@ struct PolynomialAlgebra {
   }
 
   /// Any operation of constants.
-  Value fold(const ExpressionNode& node, const LengthPolynomial& a, const LengthPolynomial& b,
+  Value fold(const expression::ExpressionNode& node, const LengthPolynomial& a, const LengthPolynomial& b,
              const LengthPolynomial& c) const {
     const auto x = a.constant_value(), y = b.constant_value(), z = c.constant_value();
     if (!x || !y || !z) return {};
-    const double value = ScalarAlgebra<double>().apply(node, x->real(), y->real(), z->real());
+    const double value = expression::ScalarAlgebra<double>().apply(node, x->real(), y->real(), z->real());
     return std::isfinite(value) ? constant(value) : Value();
   }
 };
@@ -221,7 +221,8 @@ std::optional<PolarForm> find_polar_form(const LengthPolynomial& p) {
   return form;
 }
 
-std::vector<std::optional<LengthPolynomial>> evaluate_polynomials(const ExpressionGraph& graph, int variables,
+std::vector<std::optional<LengthPolynomial>> evaluate_polynomials(const expression::ExpressionGraph& graph,
+                                                                  int variables,
                                                                   const std::vector<LengthPolynomial>& inputs) {
   std::vector<Value> values(inputs.begin(), inputs.end());
   return evaluate(graph, values, PolynomialAlgebra{variables});

@@ -59,7 +59,8 @@ std::optional<PolarForm> find_polar_form(const LengthPolynomial& p);
 
 /// Every node of a graph as a polynomial of the given values of its inputs; none where it is no polynomial (sums,
 /// products, integer powers, quotients by monomials).
-std::vector<std::optional<LengthPolynomial>> evaluate_polynomials(const ExpressionGraph& graph, int variables,
+std::vector<std::optional<LengthPolynomial>> evaluate_polynomials(const expression::ExpressionGraph& graph,
+                                                                  int variables,
                                                                   const std::vector<LengthPolynomial>& inputs);
 
 }  // namespace balance::certificate

@@ -68,7 +68,7 @@ class ProofRecorder::Lister {
     }
     if (part.parts.size() != 2) throw std::logic_error("the boxes of a bound do not prove it");
     const LengthBox& low = parts_[static_cast<std::size_t>(part.parts[0])].box;
-    const Eigen::Index length = max_index(box.upper - low.upper);
+    const Eigen::Index length = numerics::max_index(box.upper - low.upper);
     add_split(box, static_cast<int>(length), low.upper[length]);
     for (const int child : part.parts) list(child, false);
   }

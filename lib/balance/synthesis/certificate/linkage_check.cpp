@@ -62,7 +62,7 @@ void load(const FreeCounterweight& counterweight, std::size_t corner, const Vect
 
 /// Removes what is round-off beside the largest entry: rows of nothing else would be made as large as the others.
 void remove_round_off(MatrixX& entries) {
-  const double negligible = entry_round_off * max_abs(entries);
+  const double negligible = entry_round_off * numerics::max_abs(entries);
   entries = (entries.array().abs() <= negligible).select(0.0, entries);
 }
 
@@ -75,7 +75,7 @@ std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& spac
     for (const int number : counterweight.place_numbers)
       if (number >= 0) numbers[number] = space.start.free_numbers[static_cast<std::size_t>(number)].lower;
   }
-  const DesignInstance instance = space.instantiate(numbers);
+  const study::DesignInstance instance = space.instantiate(numbers);
   if (!instance.mode_issue.empty()) return {};
   Mechanism mechanism = instance.mechanism;
   for (const FreeCounterweight& counterweight : linkage.counterweights) {
@@ -86,7 +86,7 @@ std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& spac
   }
   const Conditions conditions = derive_conditions(mechanism, force_goals(space));
   if (conditions.status != ConditionsStatus::done || conditions.known_term_values.size() > 0) return {};
-  const VectorX base = term_values(mechanism);
+  const VectorX base = conditions::term_values(mechanism);
   CornerConditions result;
   std::vector<VectorX> columns;
   for (std::size_t i = 0; i < linkage.counterweights.size(); ++i) {
@@ -95,7 +95,7 @@ std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& spac
     for (std::size_t corner = 0; corner < counterweight.corners.size(); ++corner) {
       Mechanism loaded = mechanism;
       load(counterweight, corner, x, turn, loaded);
-      columns.push_back(conditions.matrix * (term_values(loaded) - base));
+      columns.push_back(conditions.matrix * (conditions::term_values(loaded) - base));
       result.owners.push_back(i);
     }
   }
@@ -109,12 +109,12 @@ std::optional<CornerConditions> derive_corner_conditions(const DesignSpace& spac
 std::optional<double> find_min_mass(const CornerConditions& conditions, const PlanarLinkage& linkage,
                                     const VectorX& x) {
   const Eigen::Index corners = conditions.matrix.cols();
-  LinearProgram program(corners);
+  numerics::LinearProgram program(corners);
   program.lower.setZero();
   program.cost.setOnes();
   for (Eigen::Index r = 0; r < conditions.matrix.rows(); ++r) {
     const VectorX row = conditions.matrix.row(r).transpose();
-    const double scale = std::max(max_abs(row), std::abs(conditions.right[r]));
+    const double scale = std::max(numerics::max_abs(row), std::abs(conditions.right[r]));
     if (scale == 0) continue;
     program.add_row(conditions.right[r] / scale, row / scale, conditions.right[r] / scale);
   }
@@ -123,9 +123,9 @@ std::optional<double> find_min_mass(const CornerConditions& conditions, const Pl
     for (Eigen::Index c = 0; c < corners; ++c) row[c] = conditions.owners[static_cast<std::size_t>(c)] == i ? 1 : 0;
     program.add_row(linkage.counterweights[i].lower, row, linkage.counterweights[i].upper);
   }
-  const LinearProgramSolution solution = solve_linear_program(program);
-  if (solution.status == LinearProgramStatus::infeasible) return std::numeric_limits<double>::infinity();
-  if (solution.status != LinearProgramStatus::optimal) return {};
+  const numerics::LinearProgramSolution solution = solve_linear_program(program);
+  if (solution.status == numerics::LinearProgramStatus::infeasible) return std::numeric_limits<double>::infinity();
+  if (solution.status != numerics::LinearProgramStatus::optimal) return {};
   return solution.x.sum() + linkage.fixed_size.evaluate(x).real();
 }
 
@@ -136,7 +136,7 @@ MatrixX row_basis(MatrixX rows) {
     const double size = rows.row(r).norm();
     if (size > 0) rows.row(r) /= size;
   }
-  const SingularValueDecomposition svd(rows, Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition svd(rows, Eigen::ComputeThinV);
   const VectorX& values = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < values.size() && values[rank] > rank_tolerance * values[0]) ++rank;

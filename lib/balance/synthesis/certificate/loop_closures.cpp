@@ -42,7 +42,7 @@ void check_statics(const MechanismOf<Expression>& mechanism) {
 }
 
 void check_request(const DesignSpace& space) {
-  const DesignRequest& request = space.start.design;
+  const study::DesignRequest& request = space.start.design;
   const MechanismOf<Expression>& mechanism = space.recording->mechanism;
   if (mechanism.space != SpaceKind::planar) throw NotPolynomial("the mechanism is not planar");
   const bool is_force = std::any_of(request.goals.begin(), request.goals.end(), requires_force_balance);
@@ -194,7 +194,7 @@ class LinkageReader {
     }
   }
 
-  Coefficient rotation(const JointOf<Expression>& joint) const {
+  Coefficient rotation(const model::JointOf<Expression>& joint) const {
     const std::string name = "the angle of joint " + joint.name;
     return {constant(joint.rotation(0, 0), name), constant(joint.rotation(1, 0), name)};
   }
@@ -275,15 +275,15 @@ class LinkageReader {
       const auto row = [&](int vector) {
         return vector == 0 ? Eigen::RowVectorXd::Zero(motions.cols()).eval() : motions.row(vector).eval();
       };
-      const auto alike =
-          std::find_if(kept.begin(), kept.end(), [&](int other) { return max_abs(own - row(other)) < gear_tolerance; });
+      const auto alike = std::find_if(kept.begin(), kept.end(),
+                                      [&](int other) { return numerics::max_abs(own - row(other)) < gear_tolerance; });
       if (alike != kept.end()) {
         replaced[k] = *alike;
         factors[k] = unit_vector(angle(k) - angle(*alike));
         continue;
       }
-      const auto against =
-          std::find_if(kept.begin(), kept.end(), [&](int other) { return max_abs(own + row(other)) < gear_tolerance; });
+      const auto against = std::find_if(
+          kept.begin(), kept.end(), [&](int other) { return numerics::max_abs(own + row(other)) < gear_tolerance; });
       if (against != kept.end() && linkage_.gravity_direction)
         linkage_.opposites[k] = {*against, unit_vector(angle(k) + angle(*against))};
       kept.push_back(k);
@@ -312,7 +312,7 @@ class LinkageReader {
     if (solver.dimensionOfKernel() == 0) return;
     for (Eigen::Index c = 0; c < combinations.cols(); ++c) {
       const VectorX slides = equations.slides.transpose() * combinations.col(c);
-      if (max_abs(slides) < gear_tolerance) continue;
+      if (numerics::max_abs(slides) < gear_tolerance) continue;
       // the closures would have to be combined first: only one relation at a time is recognised
       if (combinations.cols() > 1) throw NotPolynomial("several couplings relate its slides");
       LoopClosure closure;
@@ -352,8 +352,8 @@ class LinkageReader {
       points.push_back({place(joint.point_first, "a point of joint " + joint.name),
                         place(joint.point_second, "a point of joint " + joint.name)});
       if (lets_turn(joint.type)) linkage_.joints.push_back({direction(joint.first), direction(joint.second)});
-      if (joint.first != ground) count_uses(points.back()[0]);
-      if (joint.second != ground) count_uses(points.back()[1]);
+      if (joint.first != model::ground) count_uses(points.back()[0]);
+      if (joint.second != model::ground) count_uses(points.back()[1]);
     }
     const auto end = [&](std::size_t joint, std::size_t side) {
       return static_cast<int>(side == 0 ? mechanism_.joints[joint].first : mechanism_.joints[joint].second);
@@ -490,7 +490,7 @@ class LinkageReader {
   }
 
   void read_tool() {
-    if (!mechanism_.tool || mechanism_.tool->body == ground) return;
+    if (!mechanism_.tool || mechanism_.tool->body == model::ground) return;
     const int body = mechanism_.tool->body;
     linkage_.tool = make_closure(locate(body, place(mechanism_.tool->position, "the tool's place")));
   }
@@ -571,7 +571,7 @@ class LinkageReader {
 
   void add_point_mass(FreeCounterweight counterweight, const PointMass& read, bool is_counterweight) {
     const auto& [mass, place] = read;
-    if (counterweight.body == ground && counterweight.disc < 0) return;
+    if (counterweight.body == model::ground && counterweight.disc < 0) return;
     const int mass_number = own_number(mass);
     const std::array<int, 2> place_numbers{own_coordinate(place[0]), own_coordinate(place[1])};
     const auto constant_mass = mass.constant_value();

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -20,12 +20,12 @@ class BaseParameterIdentification {
  public:
   BaseParameterIdentification(const Mechanism& mechanism, std::uint64_t seed)
       : mechanism_(mechanism),
-        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
         sampler_(mechanism, tree_, seed),
         random_(seed + 1),
         scale_(column_scale(tree_)),
         state_(tree_.nodes.size()) {
-    out_.parameters = list_parameters(mechanism);
+    out_.parameters = dynamics::list_parameters(mechanism);
   }
 
   Conditions run() {
@@ -56,10 +56,10 @@ class BaseParameterIdentification {
   MatrixX compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight) {
     const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
     compute_angular_velocities(tree_, dy.data(), state_);
-    const typename S::Vector base =
-        weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
+    const typename S::Vector base = weight ? typename S::Vector(-kinematics::to_vector<S>(mechanism_.gravity))
+                                           : typename S::Vector(S::Vector::Zero());
     compute_accelerations(tree_, dy.data(), ddy.data(), base, state_);
-    return balance::compute_regressor(tree_, state_).torque;
+    return dynamics::compute_regressor(tree_, state_).torque;
   }
 
   /// A particular acceleration that is compatible with a velocity; all others differ from it by an admissible one.
@@ -68,16 +68,16 @@ class BaseParameterIdentification {
     if (rhs.size() == 0) return VectorX::Zero(tree_.columns);
     const VectorX dy = scale_.cwiseProduct(velocity);
     compute_velocities(tree_, dy.data(), state_);
-    compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+    kinematics::compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
     double* next = rhs.data();
-    for (const Closure<S>& closure : tree_.closures) {
+    for (const kinematics::Closure<S>& closure : tree_.closures) {
       closure_bias(state_, closure, closure_pose(state_, closure), next);
-      for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
+      for (const kinematics::ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
     }
-    ConstraintSystem<S> system(tree_, Drive<S>{});
+    kinematics::ConstraintSystem<S> system(tree_, kinematics::Drive<S>{});
     MatrixX jacobian;
     system.velocity_jacobian(y, {}, jacobian);
-    CompleteOrthogonalDecomposition qr;
+    numerics::CompleteOrthogonalDecomposition qr;
     qr.setThreshold(1e-9);  // redundant closures leave rows of round-off
     return qr.compute(jacobian).solve(rhs);
   }
@@ -110,11 +110,11 @@ class BaseParameterIdentification {
   }
 
   const Mechanism& mechanism_;
-  Tree<S> tree_;
+  kinematics::Tree<S> tree_;
   ConfigurationSampler<S> sampler_;
-  UniformRandom random_;
+  numerics::UniformRandom random_;
   VectorX scale_;
-  TreeState<S> state_;
+  kinematics::TreeState<S> state_;
   Conditions out_;
 };
 
@@ -125,8 +125,8 @@ Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t see
   without_forces.springs.clear();
   without_forces.loads.clear();
   without_forces.friction.clear();
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return BaseParameterIdentification<S>(without_forces, seed).run(); });
+  return kinematics::dispatch_space(
+      mechanism.space, [&]<class S>(S) { return BaseParameterIdentification<S>(without_forces, seed).run(); });
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -3,7 +3,7 @@
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 /// The combinations of parameters that measured efforts and motions can identify. Each row of the matrix times π is one
 /// base parameter, solved for its pivot: that parameter grouped with those that occur only together with it. A
@@ -12,4 +12,4 @@ namespace balance {
 /// @return conditions without goals; the status is never mismatch
 Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed = 1);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::conditions {
+
+using dynamics::ParameterOwner;
 
 using Eigen::Index;
 
@@ -22,15 +24,15 @@ VectorX point_mass_parameters(SpaceKind space, const Vector3& r) {
   return pi;
 }
 
-ParameterColumns::ParameterColumns(const std::vector<Parameter>& parameters)
+ParameterColumns::ParameterColumns(const std::vector<dynamics::Parameter>& parameters)
     : count_(static_cast<Index>(parameters.size())) {
   for (Index p = 0; p < count_; ++p) {
-    const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
+    const dynamics::Parameter& parameter = parameters[static_cast<std::size_t>(p)];
     ++ranges_.try_emplace({parameter.owner_kind, parameter.index}, p, 0).first->second.second;
   }
 }
 
-ChainBuilder::ChainBuilder(const Mechanism& whole, const FreeSprings& loose, const ParameterColumns& columns)
+ChainBuilder::ChainBuilder(const Mechanism& whole, const dynamics::FreeSprings& loose, const ParameterColumns& columns)
     : whole_(whole),
       loose_(loose),
       columns_(columns),
@@ -39,8 +41,8 @@ ChainBuilder::ChainBuilder(const Mechanism& whole, const FreeSprings& loose, con
   chain_.mechanism.name = whole.name;
   chain_.mechanism.space = whole.space;
   chain_.mechanism.gravity = whole.gravity;
-  chain_.mechanism.bodies.push_back(whole.bodies[ground]);
-  chain_body_[ground] = ground;
+  chain_.mechanism.bodies.push_back(whole.bodies[model::ground]);
+  chain_body_[model::ground] = model::ground;
 }
 
 void ChainBuilder::add_body(BodyId b) {
@@ -151,8 +153,8 @@ void ChainBuilder::add_attachment(int a) {
 }
 
 /// @return whether all followed coordinates belong to this chain
-bool ChainBuilder::map_to_chain(CoordinateCombination& followed) const {
-  for (CoordinateTerm& term : followed.terms) {
+bool ChainBuilder::map_to_chain(model::CoordinateCombination& followed) const {
+  for (model::CoordinateTerm& term : followed.terms) {
     term.coordinate = to_chain_coordinate(term.coordinate);
     if (term.coordinate < 0) return false;
   }
@@ -164,7 +166,7 @@ bool ChainBuilder::map_to_chain(CoordinateCombination& followed) const {
 void ChainBuilder::add_disc(int d) {
   Disc disc = whole_.discs[static_cast<std::size_t>(d)];
   const bool is_driven_within_chain = map_to_chain(disc.follows);
-  if (!has_body(disc.body) || (disc.body == ground && !is_driven_within_chain)) return;
+  if (!has_body(disc.body) || (disc.body == model::ground && !is_driven_within_chain)) return;
   disc.body = chain_body_[static_cast<std::size_t>(disc.body)];
   if (is_driven_within_chain) {
     chain_.mechanism.discs.push_back(disc);
@@ -219,7 +221,7 @@ using Eigen::Index;
 
 class ChainSplitter {
  public:
-  ChainSplitter(const Mechanism& whole, const FreeSprings& loose)
+  ChainSplitter(const Mechanism& whole, const dynamics::FreeSprings& loose)
       : whole_(whole),
         loose_(loose),
         dimension_(whole.space == SpaceKind::planar ? 2 : 3),
@@ -281,7 +283,7 @@ class ChainSplitter {
     }
     const VectorX mean = joint_positions.rowwise().mean();
     const MatrixX platform_moments = moments(platform.body);
-    CompleteOrthogonalDecomposition solver;
+    numerics::CompleteOrthogonalDecomposition solver;
     solver.setThreshold(coincidence_tolerance);
     solver.compute(joint_positions.colwise() - mean);
     MatrixX joint_masses = solver.solve(platform_moments.bottomRows(dimension_) - mean * platform_moments.row(0));
@@ -303,7 +305,7 @@ class ChainSplitter {
     split_.notes.push_back("the chains carry point masses " + text);
     // Cancelled up to round-off.
     for (double& entry : split_.unassigned.reshaped())
-      if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(joint_positions))) entry = 0;
+      if (std::abs(entry) < 1e-14 * std::max(1.0, numerics::max_abs(joint_positions))) entry = 0;
     if (solver.rank() < dimension_)
       split_.notes.push_back(
           fmt::format("the joints of {} lie on one {}: point masses there reproduce its CoM only along it",
@@ -346,7 +348,7 @@ class ChainSplitter {
       const int a = whole_.joints[j].first, b = whole_.joints[j].second;
       const bool is_opened = std::find(partition_.opened_joints.begin(), partition_.opened_joints.end(),
                                        static_cast<int>(j)) != partition_.opened_joints.end();
-      if (!is_opened && builder.has_body(a) && builder.has_body(b) && (a != ground || b != ground))
+      if (!is_opened && builder.has_body(a) && builder.has_body(b) && (a != model::ground || b != model::ground))
         builder.add_joint(static_cast<int>(j));
     }
     const VectorX current_values = term_values(whole_, loose_);
@@ -380,9 +382,9 @@ class ChainSplitter {
   }
 
   const Mechanism& whole_;
-  const FreeSprings& loose_;
+  const dynamics::FreeSprings& loose_;
   Index dimension_;
-  std::vector<Parameter> parameters_;
+  std::vector<dynamics::Parameter> parameters_;
   ParameterColumns columns_;
   GraphPartition partition_;
   std::vector<std::vector<TipMass>> tips_;  ///< per chain
@@ -391,8 +393,8 @@ class ChainSplitter {
 
 }  // namespace
 
-ChainSplit split_into_chains(const Mechanism& mechanism, const FreeSprings& loose) {
+ChainSplit split_into_chains(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
   return ChainSplitter(mechanism, loose).run();
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 // Each chain of a parallel mechanism becomes a mechanism of its own, with point masses for its share of what the chains
 // carry together (P0 section 2.2).
@@ -17,7 +17,7 @@ namespace balance {
 struct Chain {
   std::string name;  ///< "crank1, coupler1"
   Mechanism mechanism;
-  FreeSprings loose_springs;
+  dynamics::FreeSprings loose_springs;
   MatrixX parameters;  ///< π of the chain = parameters · π of the whole mechanism
 };
 
@@ -34,7 +34,7 @@ struct ChainSplit {
 /// barycentric for three points in a plane, otherwise of minimum norm with the same mass and, as far as possible, the
 /// same CoM. Both sides of an opened loop share a payload at the opened joint equally, unless both bodies have payloads
 /// there: then each keeps its own.
-ChainSplit split_into_chains(const Mechanism& mechanism, const FreeSprings& loose = {});
+ChainSplit split_into_chains(const Mechanism& mechanism, const dynamics::FreeSprings& loose = {});
 
 /// Parameters of a unit point mass about the origin of the frame in which its position is given.
 VectorX point_mass_parameters(SpaceKind space, const Vector3& position);
@@ -42,14 +42,18 @@ VectorX point_mass_parameters(SpaceKind space, const Vector3& position);
 /// Range of columns of each owner's parameters.
 class ParameterColumns {
  public:
-  explicit ParameterColumns(const std::vector<Parameter>& parameters);
-  Eigen::Index first(ParameterOwner owner_kind, int index) const { return ranges_.at({owner_kind, index}).first; }
-  Eigen::Index size(ParameterOwner owner_kind, int index) const { return ranges_.at({owner_kind, index}).second; }
+  explicit ParameterColumns(const std::vector<dynamics::Parameter>& parameters);
+  Eigen::Index first(dynamics::ParameterOwner owner_kind, int index) const {
+    return ranges_.at({owner_kind, index}).first;
+  }
+  Eigen::Index size(dynamics::ParameterOwner owner_kind, int index) const {
+    return ranges_.at({owner_kind, index}).second;
+  }
   Eigen::Index count() const { return count_; }
 
  private:
   Eigen::Index count_;
-  std::map<std::pair<ParameterOwner, int>, std::pair<Eigen::Index, Eigen::Index>> ranges_;
+  std::map<std::pair<dynamics::ParameterOwner, int>, std::pair<Eigen::Index, Eigen::Index>> ranges_;
 };
 
 /// A point mass that a chain carries at a joint that was cut.
@@ -63,7 +67,7 @@ struct TipMass {
 class ChainBuilder {
  public:
   /// @param whole, loose, columns must outlive the builder
-  ChainBuilder(const Mechanism& whole, const FreeSprings& loose, const ParameterColumns& columns);
+  ChainBuilder(const Mechanism& whole, const dynamics::FreeSprings& loose, const ParameterColumns& columns);
 
   void add_body(BodyId body);
   void add_joint(JointId joint);
@@ -81,7 +85,7 @@ class ChainBuilder {
  private:
   /// Parameters that are identical in the chain and in the whole mechanism.
   struct SharedParameters {
-    ParameterOwner owner_kind;
+    dynamics::ParameterOwner owner_kind;
     int index;
     int whole_index;
   };
@@ -102,11 +106,11 @@ class ChainBuilder {
   CoordinateId to_chain_coordinate(CoordinateId coordinate) const {
     return chain_coordinate_[static_cast<std::size_t>(coordinate)];
   }
-  bool map_to_chain(CoordinateCombination& followed) const;
-  bool is_chain_body(BodyId body) const { return body != ground && has_body(body); }
+  bool map_to_chain(model::CoordinateCombination& followed) const;
+  bool is_chain_body(BodyId body) const { return body != model::ground && has_body(body); }
 
   const Mechanism& whole_;
-  const FreeSprings& loose_;
+  const dynamics::FreeSprings& loose_;
   const ParameterColumns& columns_;
   Chain chain_;
   // ids in the chain for ids in the whole mechanism; −1: not in the chain
@@ -117,4 +121,4 @@ class ChainBuilder {
   std::vector<TipAttachment> tip_attachments_;
 };
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -39,8 +39,8 @@ Mechanism scale_symbol(const Mechanism& mechanism, const GeometricSymbol& symbol
 
 bool has_changed(const MatrixX& before, const MatrixX& after) {
   for (Eigen::Index row = 0; row < before.rows(); ++row) {
-    const double size = max_abs(before.row(row));
-    if (max_abs(before.row(row) - after.row(row)) > 1e-7 * size) return true;
+    const double size = numerics::max_abs(before.row(row));
+    if (numerics::max_abs(before.row(row) - after.row(row)) > 1e-7 * size) return true;
   }
   return false;
 }
@@ -51,7 +51,7 @@ std::optional<CoefficientFormula> recognise_at(const MatrixX& matrix, const std:
                                                const VectorX& values, Eigen::Index row, Eigen::Index column) {
   const auto count = static_cast<Eigen::Index>(probes.size());
   PerturbationResponse response{matrix(row, column), VectorX(count), VectorX(count)};
-  if (std::abs(response.value) <= coefficient_tolerance * max_abs(matrix.row(row))) return std::nullopt;
+  if (std::abs(response.value) <= coefficient_tolerance * numerics::max_abs(matrix.row(row))) return std::nullopt;
   for (Eigen::Index s = 0; s < count; ++s) {
     response.up[s] = probes[static_cast<std::size_t>(s)].up(row, column);
     response.down[s] = probes[static_cast<std::size_t>(s)].down(row, column);
@@ -80,7 +80,7 @@ std::optional<PerturbedMatrices> perturb_symbol(const Mechanism& mechanism, cons
 }
 
 bool is_unnamed(const MatrixX& matrix, const ConditionNames& names, Eigen::Index row, Eigen::Index column) {
-  return std::abs(matrix(row, column)) > coefficient_tolerance * max_abs(matrix.row(row)) &&
+  return std::abs(matrix(row, column)) > coefficient_tolerance * numerics::max_abs(matrix.row(row)) &&
          names.find(static_cast<int>(row), static_cast<int>(column)) == nullptr;
 }
 
@@ -415,4 +415,4 @@ std::optional<CoefficientFormula> recognise_trigonometric_coefficient(const Vect
   return CoefficientFormula{std::move(*ratio), {}, std::move(trig)};
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// Numbers are recognised as products, quotients and two-term sums of named quantities, and as cosines and sines.
 struct SymbolPower {
@@ -121,4 +121,4 @@ std::string formula_text(const CoefficientFormula& formula, const std::vector<Ge
 /// side. Coefficients without a formula have six digits.
 std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names = {});
 
-}  // namespace balance
+}  // namespace balance::conditions

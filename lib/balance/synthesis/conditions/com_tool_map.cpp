@@ -3,7 +3,7 @@
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/synthesis/conditions/goal_rows.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -11,9 +11,9 @@ constexpr int com_fit_samples = 24;
 
 template <class S>
 ComToolMap fit_in_space(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options) {
-  const std::vector<Parameter> parameters = list_terms(mechanism, options.loose_springs);
+  const std::vector<dynamics::Parameter> parameters = list_terms(mechanism, options.loose_springs);
   const NaturalUnits units(mechanism, parameters);
-  Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
+  kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
   ConfigurationSampler<S> sampler(mechanism, tree, options.seed);
   SampledConfiguration configuration;
   if (!sampler.next(configuration)) return {};
@@ -29,7 +29,7 @@ ComToolMap fit_in_space(const Mechanism& mechanism, GoalKind kind, const Conditi
   // momentum − X · (tool velocity, rates of axes) = 0 with X = mass · (A, B), row by row
   const VectorX momentum = stacked_rows.leftCols(goal_rows.parameters()) *
                            term_values(mechanism, options.loose_springs).cwiseQuotient(units.parameter);
-  CompleteOrthogonalDecomposition solver;  // minimum norm: B = 0 if the body does not rotate
+  numerics::CompleteOrthogonalDecomposition solver;  // minimum norm: B = 0 if the body does not rotate
   solver.setThreshold(1e-9);
   const VectorX X = solver.compute(stacked_rows.rightCols(goal_rows.extra_unknowns())).solve(-momentum);
   const Eigen::Index d = S::dimension, width = X.size() / d;
@@ -41,11 +41,12 @@ ComToolMap fit_in_space(const Mechanism& mechanism, GoalKind kind, const Conditi
 
 ComToolMap fit_com_tool_map(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options) {
   if (!mechanism.tool) return {};
-  return dispatch_space(mechanism.space, [&]<class S>(S) { return fit_in_space<S>(mechanism, kind, options); });
+  return kinematics::dispatch_space(mechanism.space,
+                                    [&]<class S>(S) { return fit_in_space<S>(mechanism, kind, options); });
 }
 
 MatrixX fit_com_tool_matrix(const Mechanism& mechanism, const ConditionOptions& options) {
   return fit_com_tool_map(mechanism, GoalKind::proportional, options).A;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

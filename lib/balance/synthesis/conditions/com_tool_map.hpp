@@ -3,7 +3,7 @@
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 /// CoM = A · tool + B₁ R e₁ (+ B₂ R e₂ + B₃ R e₃ in space) + constant, with R e the axes of the tool's body.
 struct ComToolMap {
@@ -19,4 +19,4 @@ ComToolMap fit_com_tool_map(const Mechanism& mechanism, GoalKind kind, const Con
 /// The matrix A of the goal `proportional`: the constant matrix for which CoM velocity = A · tool velocity fits best.
 MatrixX fit_com_tool_matrix(const Mechanism& mechanism, const ConditionOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <string_view>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -133,7 +133,7 @@ LatexCoefficient coefficient_latex(const CoefficientFormula& formula, const std:
 /// Terms of the columns [first, last) with their signs; the first one has a sign only if it is negative.
 std::vector<std::string> terms_latex(const Conditions& conditions, int row, const ConditionNames& names,
                                      Eigen::Index first, Eigen::Index last, bool is_negated) {
-  const double largest = max_abs(conditions.matrix.row(row));
+  const double largest = numerics::max_abs(conditions.matrix.row(row));
   std::vector<std::string> terms;
   for (Eigen::Index p = first; p < last; ++p) {
     const double value = conditions.matrix(row, p);
@@ -170,16 +170,16 @@ EquationSides split_sides(const Conditions& conditions, int row, const Condition
 
 }  // namespace
 
-std::string parameter_latex(const Parameter& p) {
+std::string parameter_latex(const dynamics::Parameter& p) {
   const std::string owner = upright_latex(p.owner), &s = p.symbol;
-  if (p.owner_kind == ParameterOwner::load) {
-    const bool couple = p.kind == ParameterKind::couple;
+  if (p.owner_kind == dynamics::ParameterOwner::load) {
+    const bool couple = p.kind == dynamics::ParameterKind::couple;
     std::string axis = s.substr(1, s.find('(') == std::string::npos ? s.npos : s.find('(') - 1);
     if (!axis.empty()) axis += ",";
     return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_load_change(p) ? "(t)" : "");
   }
-  if (p.owner_kind == ParameterOwner::friction)
-    return fmt::format("{}{}_{{{}}}", p.kind == ParameterKind::viscous ? "d" : "c",
+  if (p.owner_kind == dynamics::ParameterOwner::friction)
+    return fmt::format("{}{}_{{{}}}", p.kind == dynamics::ParameterKind::viscous ? "d" : "c",
                        s == coulomb_forward    ? "^{+}"
                        : s == coulomb_backward ? "^{-}"
                                                : "",
@@ -319,7 +319,7 @@ namespace {
 /// Terms of the columns [first, last) with their signs; "" if there are none.
 std::string side_text(const Conditions& conditions, int row, const ConditionNames& names, Eigen::Index first,
                       Eigen::Index last, double sign) {
-  const double largest = max_abs(conditions.matrix.row(row));
+  const double largest = numerics::max_abs(conditions.matrix.row(row));
   std::string text;
   for (Eigen::Index p = first; p < last; ++p) {
     const double value = conditions.matrix(row, p);
@@ -343,8 +343,8 @@ std::string condition_text(const Conditions& conditions, int row, const Conditio
   return left + " = " + (known_terms.empty() ? "0" : known_terms);
 }
 
-std::string linear_combination_text(const std::vector<Parameter>& parameters, const VectorX& coefficients) {
-  const double largest = max_abs(coefficients);
+std::string linear_combination_text(const std::vector<dynamics::Parameter>& parameters, const VectorX& coefficients) {
+  const double largest = numerics::max_abs(coefficients);
   std::string text;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const double c = coefficients[static_cast<Eigen::Index>(p)], size = std::abs(c);
@@ -357,4 +357,4 @@ std::string linear_combination_text(const std::vector<Parameter>& parameters, co
   return text.empty() ? "0" : text;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// "m_{\text{link2}}", "(m x)_{\text{link1}}", "I_{xx,\text{link1}}".
-std::string parameter_latex(const Parameter& parameter);
+std::string parameter_latex(const dynamics::Parameter& parameter);
 
 /// A symbol's label in LaTeX: "l_{1}", "\gamma_{3}", "x_{\text{link1.B}}".
 std::string symbol_latex(const std::string& label);
@@ -28,6 +28,6 @@ std::string conditions_latex(const Conditions& conditions, const ConditionNames&
 
 /// "link1.mx + 0.5 link2.m - 2 link3.J", without coefficients below round-off; "0" if none remain.
 /// @param coefficients one per parameter
-std::string linear_combination_text(const std::vector<Parameter>& parameters, const VectorX& coefficients);
+std::string linear_combination_text(const std::vector<dynamics::Parameter>& parameters, const VectorX& coefficients);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -28,7 +28,7 @@ class ConditionDerivation {
   ConditionDerivation(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
       : mechanism_(mechanism),
         options_(options),
-        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
         sampler_(mechanism, tree_, options.seed),
         random_(options.seed + 1) {
     out_.goals = goals;
@@ -53,7 +53,7 @@ class ConditionDerivation {
       if (!is_representable(stacked_rows) || !units.parameter.allFinite())
         return refuse(ConditionsStatus::rank_unclear,
                       has_mass(mechanism_) ? "numbers overflow: terms of the conditions are too large to represent"
-                                           : no_mass_message);
+                                           : model::no_mass_message);
       if (!reduce_conditions(eliminate_extra_unknowns(stacked_rows, rows.parameters()), units.parameter, units.mass,
                              order, out_))
         continue;
@@ -126,8 +126,8 @@ class ConditionDerivation {
     }
     if (has_effort_goal && mechanism_.gravity.norm() == 0)
       out_.notes.push_back("there is no gravity in this spec: weight imposes no condition");
-    for (const Parameter& p : out_.parameters)
-      if (has_effort_goal && p.kind == ParameterKind::stiffness_moment &&
+    for (const dynamics::Parameter& p : out_.parameters)
+      if (has_effort_goal && p.kind == dynamics::ParameterKind::stiffness_moment &&
           !mechanism_.springs[static_cast<std::size_t>(p.index)].is_joint_spring()) {
         out_.notes.push_back(p.owner +
                              ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
@@ -143,9 +143,9 @@ class ConditionDerivation {
 
   const Mechanism& mechanism_;
   const ConditionOptions& options_;
-  Tree<S> tree_;
+  kinematics::Tree<S> tree_;
   ConfigurationSampler<S> sampler_;
-  UniformRandom random_;
+  numerics::UniformRandom random_;
   Conditions out_;
 };
 
@@ -154,8 +154,8 @@ class ConditionDerivation {
 Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                              const ConditionOptions& options) {
   if (goals.empty()) throw std::invalid_argument("conditions need a goal");
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return ConditionDerivation<S>(mechanism, goals, options).run(); });
+  return kinematics::dispatch_space(
+      mechanism.space, [&]<class S>(S) { return ConditionDerivation<S>(mechanism, goals, options).run(); });
 }
 
 Eigen::Index Conditions::parameter_rows() const {
@@ -189,18 +189,18 @@ VectorX single_disc_parameters(const Mechanism& mechanism, std::size_t disc_inde
   Mechanism single_disc = mechanism;
   for (Disc& disc : single_disc.discs) disc = make_symmetric_disc(disc, 0, 0, 0);
   single_disc.discs[disc_index] = make_symmetric_disc(mechanism.discs[disc_index], mass, axial, transverse);
-  return parameter_values(single_disc);
+  return dynamics::parameter_values(single_disc);
 }
 
 }  // namespace
 
 bool is_met_by_symmetric_discs(const Conditions& conditions, int row, const Mechanism& mechanism) {
   const VectorX coefficients = conditions.matrix.row(row);
-  const double largest = max_abs(coefficients);
+  const double largest = numerics::max_abs(coefficients);
   Eigen::Index begin = coefficients.size(), end = 0;
   for (Eigen::Index p = 0; p < coefficients.size(); ++p) {
     if (std::abs(coefficients[p]) <= 1e-12 * largest) continue;
-    if (conditions.parameters[static_cast<std::size_t>(p)].owner_kind != ParameterOwner::disc) return false;
+    if (conditions.parameters[static_cast<std::size_t>(p)].owner_kind != dynamics::ParameterOwner::disc) return false;
     begin = std::min(begin, p);
     end = p + 1;
   }
@@ -215,4 +215,4 @@ bool is_met_by_symmetric_discs(const Conditions& conditions, int row, const Mech
   return true;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

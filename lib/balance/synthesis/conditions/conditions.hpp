@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 enum class ConditionsStatus {
   unsolved,
@@ -27,9 +27,9 @@ struct Conditions {
   ConditionsStatus status = ConditionsStatus::unsolved;
   std::string reason;  ///< one sentence, unless done
   std::vector<Goal> goals;
-  std::vector<Parameter> parameters;  ///< P columns: list_terms
-  VectorX known_term_values;          ///< values of the last columns, which are known terms [SI]
-  std::vector<bool> variable_terms;   ///< per known term, as in ConditionOptions
+  std::vector<dynamics::Parameter> parameters;  ///< P columns: list_terms
+  VectorX known_term_values;                    ///< values of the last columns, which are known terms [SI]
+  std::vector<bool> variable_terms;             ///< per known term, as in ConditionOptions
   MatrixX matrix;           ///< rank × P [SI], reduced: each row is solved for its pivot, whose coefficient is 1
   std::vector<int> pivots;  ///< per row: a parameter that occurs in no other row
   VectorX row_scales;       ///< per row: magnitude of its terms for this mass and length; divides residuals
@@ -54,7 +54,7 @@ struct Conditions {
 
 struct ConditionOptions {
   Vector3 about = Vector3::Zero();  ///< world point of the angular momentum [m]; irrelevant once the force is balanced
-  FreeSprings loose_springs;
+  dynamics::FreeSprings loose_springs;
   std::vector<std::string> excluded;  ///< sections and elements that the goals ignore (left_out)
   std::vector<bool> variable_terms;   ///< known terms that free numbers change: included even where they are zero
   std::uint64_t seed = 1;             ///< of the random configurations
@@ -101,5 +101,14 @@ class GoalResidual {
 /// Whether a condition involves discs alone and holds for every disc that is symmetric about its axis: its CoM lies on
 /// the axis, and its inertia is the same in all directions across it.
 bool is_met_by_symmetric_discs(const Conditions& conditions, int row, const Mechanism& mechanism);
+
+}  // namespace balance::conditions
+
+namespace balance {
+
+using conditions::ConditionOptions;
+using conditions::Conditions;
+using conditions::ConditionsStatus;
+using conditions::derive_conditions;
 
 }  // namespace balance

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -28,8 +28,12 @@ constexpr double max_spherical_angle =
 }  // namespace
 
 template <class S>
-ConfigurationSampler<S>::ConfigurationSampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t seed)
-    : mechanism_(mechanism), tree_(tree), closures_(tree, Drive<S>{}), scale_(column_scale(tree)), random_(seed) {}
+ConfigurationSampler<S>::ConfigurationSampler(const Mechanism& mechanism, kinematics::Tree<S>& tree, std::uint64_t seed)
+    : mechanism_(mechanism),
+      tree_(tree),
+      closures_(tree, kinematics::Drive<S>{}),
+      scale_(column_scale(tree)),
+      random_(seed) {}
 
 template <class S>
 bool ConfigurationSampler<S>::next(SampledConfiguration& configuration) {
@@ -56,10 +60,11 @@ bool ConfigurationSampler<S>::next(SampledConfiguration& configuration) {
 /// Starts in the assembly mode that the assembly values select.
 template <class S>
 bool ConfigurationSampler<S>::find_start() {
-  const AssemblySolution assembly = solve_pose(mechanism_, tree_, closures_, {});
+  const kinematics::AssemblySolution assembly = kinematics::solve_pose(mechanism_, tree_, closures_, {});
   if (!assembly.found) return false;
   y_ = assembly.y;
-  for (const NodeId spherical : tree_.spherical_joints) reset_spherical_reference(tree_, spherical, y_.data());
+  for (const kinematics::NodeId spherical : tree_.spherical_joints)
+    reset_spherical_reference(tree_, spherical, y_.data());
   rank_ = find_generic_closure_rank(tree_, y_);
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
@@ -78,7 +83,7 @@ template <class S>
 void ConfigurationSampler<S>::evaluate_regularity(const VectorX& y) {
   MatrixX jacobian;
   closures_.velocity_jacobian(y, {}, jacobian);
-  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   min_singular_value_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : max_step / step_per_singular_value;
   current_ = {y, svd.matrixV().rightCols(freedoms_)};
 }
@@ -90,8 +95,8 @@ template <class S>
 double ConfigurationSampler<S>::take_step() {
   const double regular_step = std::min(max_step, step_per_singular_value * accepted_singular_value_);
   const double step_length = std::max(regular_step, std::min(ill_conditioned_step, regular_step * step_factor_));
-  const AssemblySolution assembly =
-      solve_assembly(closures_, y_ + step_length * scale_.cwiseProduct(direction_), {}, 30);
+  const kinematics::AssemblySolution assembly =
+      kinematics::solve_assembly(closures_, y_ + step_length * scale_.cwiseProduct(direction_), {}, 30);
   const VectorX displacement = (assembly.y - y_).cwiseQuotient(scale_);
   bool is_accepted = assembly.found && displacement.dot(direction_) > 0.7 * displacement.norm() &&
                      displacement.norm() > 0.3 * step_length && displacement.norm() < 2 * step_length &&
@@ -137,9 +142,9 @@ bool ConfigurationSampler<S>::is_out_of_range(const VectorX& y) const {
   for (int c = 0; c < tree_.columns; ++c)
     if (tree_.is_length_column[static_cast<std::size_t>(c)] != 0 && std::abs(y[c]) > max_slide_range * scale_[c])
       return true;
-  for (const NodeId spherical : tree_.spherical_joints) {
-    const Node<S>& middle = tree_.nodes[static_cast<std::size_t>(spherical) + 1];
-    if (middle.motion != NodeMotion::weld &&
+  for (const kinematics::NodeId spherical : tree_.spherical_joints) {
+    const kinematics::Node<S>& middle = tree_.nodes[static_cast<std::size_t>(spherical) + 1];
+    if (middle.motion != kinematics::NodeMotion::weld &&
         std::abs(middle.ratio * y[middle.column] + middle.offset) > max_spherical_angle)
       return true;
   }
@@ -147,7 +152,7 @@ bool ConfigurationSampler<S>::is_out_of_range(const VectorX& y) const {
 }
 
 template <class S>
-bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int freedoms,
+bool project_onto_closures(kinematics::ConstraintSystem<S>& closures, const VectorX& y, int freedoms,
                            SampledConfiguration& sample) {
   sample.y = y;
   if (closures.closure_rows() == 0) {
@@ -155,30 +160,32 @@ bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int 
     return true;
   }
   if (closures.place_rows() > 0) {
-    const AssemblySolution assembly = solve_assembly(closures, y, {}, 40);
+    const kinematics::AssemblySolution assembly = kinematics::solve_assembly(closures, y, {}, 40);
     if (!assembly.found) return false;
     sample.y = assembly.y;
   }
   MatrixX jacobian;
   closures.velocity_jacobian(sample.y, {}, jacobian);
   // beyond the rank, the columns of Q span the null space
-  const ColumnPivotingQr qr(jacobian.transpose());
+  const numerics::ColumnPivotingQr qr(jacobian.transpose());
   const MatrixX q = qr.householderQ() * MatrixX::Identity(jacobian.cols(), jacobian.cols());
   sample.null_space = q.rightCols(freedoms);
   return true;
 }
 
-template bool project_onto_closures(ConstraintSystem<Planar>&, const VectorX&, int, SampledConfiguration&);
-template bool project_onto_closures(ConstraintSystem<Spatial>&, const VectorX&, int, SampledConfiguration&);
+template bool project_onto_closures(kinematics::ConstraintSystem<kinematics::Planar>&, const VectorX&, int,
+                                    SampledConfiguration&);
+template bool project_onto_closures(kinematics::ConstraintSystem<kinematics::Spatial>&, const VectorX&, int,
+                                    SampledConfiguration&);
 
 template <class S>
 std::string ConfigurationSampler<S>::infeasibility_reason() {
-  const AssemblySolution start = solve_pose(mechanism_, tree_, closures_, {});
-  if (!start.found) return explain_assembly_failure(mechanism_, tree_, start, {}).reason;
+  const kinematics::AssemblySolution start = kinematics::solve_pose(mechanism_, tree_, closures_, {});
+  if (!start.found) return kinematics::explain_assembly_failure(mechanism_, tree_, start, {}).reason;
   return started_ ? "too few configurations can be reached from the assembled one" : "the mechanism cannot move";
 }
 
-template class ConfigurationSampler<Planar>;
-template class ConfigurationSampler<Spatial>;
+template class ConfigurationSampler<kinematics::Planar>;
+template class ConfigurationSampler<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// A configuration and its admissible velocities.
 struct SampledConfiguration {
@@ -19,9 +19,12 @@ struct SampledConfiguration {
 /// Finds the configuration nearest to y that closes the loops, with an arbitrary orthonormal basis of its velocities.
 /// @return false if there is none
 template <class S>
-bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int freedoms, SampledConfiguration& sample);
-extern template bool project_onto_closures(ConstraintSystem<Planar>&, const VectorX&, int, SampledConfiguration&);
-extern template bool project_onto_closures(ConstraintSystem<Spatial>&, const VectorX&, int, SampledConfiguration&);
+bool project_onto_closures(kinematics::ConstraintSystem<S>& closures, const VectorX& y, int freedoms,
+                           SampledConfiguration& sample);
+extern template bool project_onto_closures(kinematics::ConstraintSystem<kinematics::Planar>&, const VectorX&, int,
+                                           SampledConfiguration&);
+extern template bool project_onto_closures(kinematics::ConstraintSystem<kinematics::Spatial>&, const VectorX&, int,
+                                           SampledConfiguration&);
 
 /// Random walk through the configurations that are connected to the assembled one: a parallelogram that can fold into
 /// an antiparallelogram must not be required to balance as both. Open chains need no walk.
@@ -29,7 +32,7 @@ template <class S>
 class ConfigurationSampler {
  public:
   /// @param tree its floating spherical joints may get new reference orientations
-  ConfigurationSampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t seed);
+  ConfigurationSampler(const Mechanism& mechanism, kinematics::Tree<S>& tree, std::uint64_t seed);
 
   /// Finds another configuration, sufficiently far from the last one and from singular ones.
   /// @return false if the loops cannot be closed or the mechanism cannot move
@@ -47,10 +50,10 @@ class ConfigurationSampler {
   bool is_out_of_range(const VectorX& y) const;
 
   const Mechanism& mechanism_;
-  Tree<S>& tree_;
-  ConstraintSystem<S> closures_;
+  kinematics::Tree<S>& tree_;
+  kinematics::ConstraintSystem<S> closures_;
   VectorX scale_;
-  UniformRandom random_;
+  numerics::UniformRandom random_;
   bool started_ = false;
   int rank_ = 0, freedoms_ = 0;
   VectorX y_, direction_;  ///< direction_: scaled, a unit vector in the null space
@@ -62,7 +65,7 @@ class ConfigurationSampler {
   double step_factor_ = 1;  ///< allows longer steps at small singular values that have hardly changed for a while
 };
 
-extern template class ConfigurationSampler<Planar>;
-extern template class ConfigurationSampler<Spatial>;
+extern template class ConfigurationSampler<kinematics::Planar>;
+extern template class ConfigurationSampler<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -15,7 +15,11 @@
 #include <string_view>
 #include <utility>
 
-namespace balance {
+namespace balance::conditions {
+
+using dynamics::Parameter;
+using dynamics::ParameterKind;
+using numerics::LinearProgram;
 
 std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
                                                const VectorX& upper) {
@@ -34,12 +38,12 @@ std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const Ma
     gradient_row[2 * n + j] = -1;
     gradient_row[2 * n + z + j] = 1;
     program.add_row(0, gradient_row, 0);
-    if (lower[j] == -no_bound) program.upper[2 * n + j] = minimum_row[2 * n + j] = 0;
-    if (upper[j] == no_bound) program.upper[2 * n + z + j] = minimum_row[2 * n + z + j] = 0;
+    if (lower[j] == -numerics::no_bound) program.upper[2 * n + j] = minimum_row[2 * n + j] = 0;
+    if (upper[j] == numerics::no_bound) program.upper[2 * n + z + j] = minimum_row[2 * n + z + j] = 0;
   }
-  program.add_row(1, minimum_row, no_bound);
-  const LinearProgramSolution solution = solve_linear_program(program);
-  if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
+  program.add_row(1, minimum_row, numerics::no_bound);
+  const numerics::LinearProgramSolution solution = solve_linear_program(program);
+  if (solution.status != numerics::LinearProgramStatus::optimal) return std::nullopt;
   return solution.x.head(n) - solution.x.segment(n, n);
 }
 
@@ -104,7 +108,7 @@ class ConeCertificateSearch {
 
   void add_cut(std::size_t b, const VectorX& v) {
     const VectorX row = form(cone_.blocks[b], v, v);
-    if (max_abs(row) > 0) cuts_.push_back({b, row});
+    if (numerics::max_abs(row) > 0) cuts_.push_back({b, row});
   }
 
   /// Unknowns: λ⁺, λ⁻ and, per block, the margin t with Q ⪰ t I.
@@ -157,9 +161,10 @@ class ConeCertificateSearch {
   std::optional<VectorX> search(LinearProgram program) {
     std::size_t added = 0;
     for (int round = 0; round < max_cutting_plane_rounds; ++round) {
-      for (; added < cuts_.size(); ++added) program.add_row(0, program_row(cuts_[added].row, &cuts_[added]), no_bound);
-      const LinearProgramSolution solution = solve_linear_program(program);
-      if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
+      for (; added < cuts_.size(); ++added)
+        program.add_row(0, program_row(cuts_[added].row, &cuts_[added]), numerics::no_bound);
+      const numerics::LinearProgramSolution solution = solve_linear_program(program);
+      if (solution.status != numerics::LinearProgramStatus::optimal) return std::nullopt;
       VectorX lambda = solution.x.head(n_) - solution.x.segment(n_, n_);
       for (double& factor : lambda)
         if (std::abs(factor) < certificate_coefficient_tolerance) factor = 0;
@@ -173,7 +178,7 @@ class ConeCertificateSearch {
     const VectorX coefficients = rows_.transpose() * lambda;
     const std::size_t previous_count = cuts_.size();
     for (std::size_t b = 0; b < cone_.blocks.size(); ++b) {
-      const SymmetricEigenSolver solver(cone_.blocks[b].matrix(coefficients));
+      const numerics::SymmetricEigenSolver solver(cone_.blocks[b].matrix(coefficients));
       for (Index i = 0; i < solver.eigenvalues().size(); ++i)
         if (solver.eigenvalues()[i] < margins[static_cast<Index>(b)] - 10 * certificate_coefficient_tolerance)
           add_cut(b, solver.eigenvectors().col(i));
@@ -237,7 +242,7 @@ class ConeCertificateSearch {
     Spectrum(const PseudoInertiaBlock& block, const VectorX& coefficients, double null_tolerance) {
       const MatrixX matrix = block.matrix(coefficients);
       const double size = matrix.norm();
-      const SymmetricEigenSolver solver(matrix);
+      const numerics::SymmetricEigenSolver solver(matrix);
       values = solver.eigenvalues(), vectors = solver.eigenvectors();
       if (size >= zero_matrix_tolerance) null = (values.array() < null_tolerance * size).count();
       if (null_tolerance == 0) null = 0;
@@ -268,14 +273,14 @@ class ConeCertificateSearch {
   }
 
   static VectorX least_squares(const MatrixX& matrix, const VectorX& rhs) {
-    CompleteOrthogonalDecomposition solver;
+    numerics::CompleteOrthogonalDecomposition solver;
     solver.setThreshold(certificate_coefficient_tolerance);
     return solver.compute(matrix).solve(rhs);
   }
 
   std::optional<FarkasCertificate> verify(const VectorX& lambda) const {
     FarkasCertificate out{lambda, rows_.transpose() * lambda};
-    const double trace = trace_.dot(lambda), size = max_abs(out.coefficients);
+    const double trace = trace_.dot(lambda), size = numerics::max_abs(out.coefficients);
     if (!(trace > 0.5) || !(size < max_multiplier)) return std::nullopt;
     for (const Index p : cone_.excluded) {
       if (std::abs(out.coefficients[p]) > certificate_coefficient_tolerance * size) return std::nullopt;
@@ -284,7 +289,7 @@ class ConeCertificateSearch {
     for (double& c : out.coefficients)
       if (std::abs(c) < eigenvalue_tolerance * size) c = 0;
     for (const PseudoInertiaBlock& block : cone_.blocks) {
-      const SymmetricEigenSolver solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
+      const numerics::SymmetricEigenSolver solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
       if (solver.eigenvalues()[0] < -eigenvalue_tolerance * size) return std::nullopt;
     }
     return out;
@@ -321,7 +326,7 @@ class SignCertificateSearch {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const auto p = static_cast<Eigen::Index>(i);
       const ParameterSign sign = parameter_sign(parameters[i]);
-      sign_program_.add_row(0, split(rows_.col(p)), sign == ParameterSign::indefinite ? 0 : no_bound);
+      sign_program_.add_row(0, split(rows_.col(p)), sign == ParameterSign::indefinite ? 0 : numerics::no_bound);
       if (sign != ParameterSign::indefinite) sign_constrained_[p] = 1;
       if (sign == ParameterSign::positive) bodies_[parameters[i].index].push_back(p);
     }
@@ -347,8 +352,8 @@ class SignCertificateSearch {
     VectorX weight = VectorX::Zero(rows_.cols());
     for (int round = 0; round < 4; ++round) {
       program.cost = split(rows_ * weight) + VectorX::Constant(2 * n_, round == 0 ? 1 : 0.01);
-      const LinearProgramSolution solution = solve_linear_program(program);
-      if (solution.status != LinearProgramStatus::optimal) return round > 0;
+      const numerics::LinearProgramSolution solution = solve_linear_program(program);
+      if (solution.status != numerics::LinearProgramStatus::optimal) return round > 0;
       const VectorX lambda = solution.x.head(n_) - solution.x.tail(n_);
       const std::optional<FarkasCertificate> certificate = refine(lambda);
       if (certificate && (!best_ || length(*certificate) < length(*best_))) best_ = certificate;
@@ -373,13 +378,13 @@ class SignCertificateSearch {
   /// program made zero vanish.
   std::optional<FarkasCertificate> refine(const VectorX& lambda) const {
     const VectorX coefficients = rows_.transpose() * lambda;
-    const double size = max_abs(lambda);
+    const double size = numerics::max_abs(lambda);
     Indices active, vanishing, positive;
     for (Eigen::Index r = 0; r < n_; ++r)
       if (std::abs(lambda[r]) > program_zero_tolerance * size) active.push_back(r);
     for (Eigen::Index p = 0; p < rows_.cols(); ++p)
       (sign_constrained_[p] > 0 && coefficients[p] > program_zero_tolerance ? positive : vanishing).push_back(p);
-    const SingularValueDecomposition svd(rows_(active, vanishing), Eigen::ComputeFullU);
+    const numerics::SingularValueDecomposition svd(rows_(active, vanishing), Eigen::ComputeFullU);
     VectorX refined = lambda(active);
     for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
       if (svd.singularValues()[i] > certificate_coefficient_tolerance)
@@ -395,10 +400,11 @@ class SignCertificateSearch {
       if (!(residual[p] > 0)) return std::nullopt;
       std::swap(out.coefficients[p], residual[p]);
     }
-    const double size = max_coefficient(out.coefficients);
+    const double size = numerics::max_coefficient(out.coefficients);
     double body_sum = 0;
     for (const auto& [body, parameters] : bodies_) body_sum += out.coefficients(parameters).sum();
-    if (!(body_sum > 1e-3 * size) || max_abs(residual) > certificate_coefficient_tolerance * size) return std::nullopt;
+    if (!(body_sum > 1e-3 * size) || numerics::max_abs(residual) > certificate_coefficient_tolerance * size)
+      return std::nullopt;
     return out;
   }
 
@@ -421,7 +427,8 @@ ParameterSign parameter_sign(const Parameter& parameter) {
     case ParameterKind::known_term: return ParameterSign::positive;
     case ParameterKind::mass:
     case ParameterKind::moment_of_inertia:
-      return parameter.owner_kind == ParameterOwner::body ? ParameterSign::positive : ParameterSign::not_negative;
+      return parameter.owner_kind == dynamics::ParameterOwner::body ? ParameterSign::positive
+                                                                    : ParameterSign::not_negative;
     case ParameterKind::stiffness:
     case ParameterKind::viscous:
     case ParameterKind::coulomb: return ParameterSign::not_negative;
@@ -435,7 +442,7 @@ ParameterSign parameter_sign(const Parameter& parameter) {
 }
 
 bool is_always_zero(const Parameter& parameter) {
-  return parameter.owner_kind == ParameterOwner::disc && parameter.kind == ParameterKind::first_moment;
+  return parameter.owner_kind == dynamics::ParameterOwner::disc && parameter.kind == ParameterKind::first_moment;
 }
 
 MatrixX PseudoInertiaBlock::matrix(const VectorX& coefficients) const {
@@ -472,7 +479,7 @@ MatrixX second_moment_form(std::string_view symbol, Eigen::Index dimension) {
 /// The block of one body, attachment or disc with parameters first … last − 1. Its last row belongs to the constant 1.
 PseudoInertiaBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t first, std::size_t last) {
   const Eigen::Index dimension = last - first > 4 ? 3 : 2;
-  PseudoInertiaBlock block{dimension + 1, parameters[first].owner_kind == ParameterOwner::body, {}};
+  PseudoInertiaBlock block{dimension + 1, parameters[first].owner_kind == dynamics::ParameterOwner::body, {}};
   for (std::size_t p = first; p < last; ++p) {
     const Parameter& parameter = parameters[p];
     if (is_always_zero(parameter)) continue;
@@ -501,10 +508,10 @@ PseudoInertiaCone::PseudoInertiaCone(const std::vector<Parameter>& parameters) {
       ++last;
     if (first_parameter.kind == ParameterKind::known_term) {
       blocks.push_back({1, true, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
-    } else if (first_parameter.owner_kind == ParameterOwner::load ||
-               first_parameter.owner_kind == ParameterOwner::friction) {
+    } else if (first_parameter.owner_kind == dynamics::ParameterOwner::load ||
+               first_parameter.owner_kind == dynamics::ParameterOwner::friction) {
       for (std::size_t p = first; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
-    } else if (first_parameter.owner_kind != ParameterOwner::spring) {
+    } else if (first_parameter.owner_kind != dynamics::ParameterOwner::spring) {
       blocks.push_back(inertia_block(parameters, first, last));
     } else {
       blocks.push_back({1, false, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
@@ -514,4 +521,4 @@ PseudoInertiaCone::PseudoInertiaCone(const std::vector<Parameter>& parameters) {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// What is known about a parameter's sign.
 enum class ParameterSign {
@@ -23,9 +23,9 @@ enum class ParameterSign {
   indefinite,
 };
 
-ParameterSign parameter_sign(const Parameter& parameter);
+ParameterSign parameter_sign(const dynamics::Parameter& parameter);
 /// True for first moments of discs, which are about their CoM.
-bool is_always_zero(const Parameter& parameter);
+bool is_always_zero(const dynamics::Parameter& parameter);
 
 /// One matrix that must be positive semidefinite: Q(c) = Σ c[p] E over the parameters p of one owner.
 struct PseudoInertiaBlock {
@@ -49,7 +49,7 @@ struct PseudoInertiaCone {
   std::vector<PseudoInertiaBlock> blocks;
   std::vector<Eigen::Index> excluded;  ///< their coefficients must be zero
 
-  explicit PseudoInertiaCone(const std::vector<Parameter>& parameters);
+  explicit PseudoInertiaCone(const std::vector<dynamics::Parameter>& parameters);
 };
 
 // Combinations of conditions that cannot vanish (Farkas' lemma).
@@ -66,7 +66,8 @@ inline constexpr double certificate_coefficient_tolerance = 1e-9;
 
 /// Returns a combination without parameters of indefinite sign, without negative coefficients, and with a body's mass
 /// or moment of inertia among its terms: the one with the fewest terms that a few linear programs find.
-std::optional<FarkasCertificate> find_sign_certificate(const MatrixX& rows, const std::vector<Parameter>& parameters);
+std::optional<FarkasCertificate> find_sign_certificate(const MatrixX& rows,
+                                                       const std::vector<dynamics::Parameter>& parameters);
 
 /// Returns a combination in the cone that is nonzero for some body. Its matrices are positive semidefinite up to 1e-10.
 std::optional<FarkasCertificate> find_cone_certificate(const MatrixX& rows, const PseudoInertiaCone& cone);
@@ -75,4 +76,4 @@ std::optional<FarkasCertificate> find_cone_certificate(const MatrixX& rows, cons
 std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
                                                const VectorX& upper);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -47,7 +47,8 @@ class GeometricParameterList {
   }
 
   /// Adds the ratios of a belt over several joints.
-  void add_terms(const CoordinateCombination& followed, const std::string& owner, GeometricParameterLocation location) {
+  void add_terms(const model::CoordinateCombination& followed, const std::string& owner,
+                 GeometricParameterLocation location) {
     if (followed.terms.size() < 2) return;
     for (; location.item < static_cast<int>(followed.terms.size()); ++location.item) {
       const CoordinateId coordinate = followed.terms[as_index(location.item)].coordinate;
@@ -56,12 +57,12 @@ class GeometricParameterList {
   }
 
   /// Adds points, and factors other than ±1.
-  void add_constraint(const GeneralisedSpeed& constraint, int index) {
+  void add_constraint(const model::GeneralisedSpeed& constraint, int index) {
     for (int item = 0; item < static_cast<int>(constraint.terms.size()); ++item) {
-      const GeneralisedSpeedTerm& term = constraint.terms[as_index(item)];
+      const model::GeneralisedSpeedTerm& term = constraint.terms[as_index(item)];
       const std::string name = constraint.name + "[" + std::to_string(item) + "]";
       if (std::abs(term.factor) != 1) add(name, "1", {Kind::constraint_factor, index, item, 0});
-      using enum GeneralisedSpeedTerm::Kind;
+      using enum model::GeneralisedSpeedTerm::Kind;
       if (term.kind == velocity || term.kind == velocity_body)
         add_point(term.body, term.position, {Kind::constraint_point, index, item, 0}, name + ".at");
     }
@@ -202,4 +203,4 @@ Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricP
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

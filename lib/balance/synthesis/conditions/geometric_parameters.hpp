@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// Location of one such number in a Mechanism.
 struct GeometricParameterLocation {
@@ -96,4 +96,4 @@ auto& geometric_value_at(AMechanism& m, const GeometricParameterLocation& p) {
   return m.gravity[p.axis];
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -19,7 +19,7 @@ constexpr int load_components = S::dimension + S::angular_dimension;
 }  // namespace
 
 template <class S>
-KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const Tree<S>& tree)
+KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const kinematics::Tree<S>& tree)
     : mechanism_(mechanism), tree_(tree), terms_(list_known_terms(mechanism)) {
   if (const MatrixX changes = load_changes(mechanism, tree.characteristic_length); !changes.isZero(0))
     changes_ = changes;
@@ -27,7 +27,7 @@ KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const Tree<S>&
 
 /// Generalised forces that balance each unit component of each load: minus its power at unit rates of the coordinates.
 template <class S>
-MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
+MatrixX KnownTermColumns<S>::load_torques(kinematics::TreeState<S>& state) const {
   constexpr int size = load_components<S>;
   MatrixX torque(tree_.columns, size * static_cast<Eigen::Index>(mechanism_.loads.size()));
   VectorX unit = VectorX::Zero(tree_.columns);
@@ -37,18 +37,18 @@ MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
     compute_velocities(tree_, unit.data(), state);
     Eigen::Index column = 0;
     for (const Load& load : mechanism_.loads) {
-      const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(load.body)];
-      const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
-      typename S::Vector rate =
-          point_velocity<S>(node, typename S::Vector(body.p_N + body.R_N * to_vector<S>(load.point)));
+      const kinematics::FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(load.body)];
+      const kinematics::NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
+      typename S::Vector rate = kinematics::point_velocity<S>(
+          node, typename S::Vector(body.p_N + body.R_N * kinematics::to_vector<S>(load.point)));
       typename S::Angular angular_rate = node.R_WN * node.angular_velocity;
-      if (load.frame == Frame::body) {
+      if (load.frame == model::Frame::body) {
         const typename S::Rotation R = node.R_WN * body.R_N;
         rate = rotate_inverse(R, rate);
         angular_rate = rotate_inverse(R, angular_rate);
       }
       for (int i = 0; i < S::dimension; ++i) torque(c, column++) = -rate[i];
-      const Vector3 spin = angular_to_3d(angular_rate);
+      const Vector3 spin = kinematics::angular_to_3d(angular_rate);
       for (int i = 0; i < S::angular_dimension; ++i) torque(c, column++) = -spin[S::angular_dimension == 1 ? 2 : i];
     }
   }
@@ -56,14 +56,14 @@ MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
 }
 
 template <class S>
-void KnownTermColumns<S>::load_columns(TreeState<S>& state, MatrixX& constant, MatrixX& changing) const {
+void KnownTermColumns<S>::load_columns(kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const {
   constant.setZero(tree_.columns, this->size());
   changing.setZero(tree_.columns, has_changes() ? this->size() : 0);
   const MatrixX torque = load_torques(state);
   const MatrixX coupled = has_changes() ? MatrixX(torque * changes_) : MatrixX();
   for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const Parameter& term = terms_[t];
-    if (term.owner_kind != ParameterOwner::load) continue;
+    const dynamics::Parameter& term = terms_[t];
+    if (term.owner_kind != dynamics::ParameterOwner::load) continue;
     const Eigen::Index component = load_component(term, S::dimension == 2), column = static_cast<Eigen::Index>(t);
     if (!is_load_change(term))
       constant.col(column) = torque.col(component);
@@ -76,26 +76,27 @@ template <class S>
 MatrixX KnownTermColumns<S>::friction_columns(const VectorX& dy) const {
   MatrixX torque = MatrixX::Zero(tree_.columns, size());
   for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const Parameter& term = terms_[t];
-    if (term.owner_kind != ParameterOwner::friction) continue;
+    const dynamics::Parameter& term = terms_[t];
+    if (term.owner_kind != dynamics::ParameterOwner::friction) continue;
     const Friction& friction = mechanism_.friction[static_cast<std::size_t>(term.index)];
-    const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(friction.coordinate)];
+    const kinematics::LinearQuantity& source =
+        tree_.coordinate_expressions[static_cast<std::size_t>(friction.coordinate)];
     source.add_generalised_force(friction_resistance(term, source.rate(dy.data())),
                                  torque.col(static_cast<Eigen::Index>(t)).data());
   }
   return torque;
 }
 
-template class KnownTermColumns<Planar>;
-template class KnownTermColumns<Spatial>;
+template class KnownTermColumns<kinematics::Planar>;
+template class KnownTermColumns<kinematics::Spatial>;
 
 namespace {
 
 /// A parameter's unit without its power of length, for forces in kg times the acceleration.
-double parameter_unit_without_length(ParameterOwner owner_kind, double acceleration, double length) {
+double parameter_unit_without_length(dynamics::ParameterOwner owner_kind, double acceleration, double length) {
   switch (owner_kind) {
-    case ParameterOwner::spring: return acceleration / length;
-    case ParameterOwner::load: return acceleration;
+    case dynamics::ParameterOwner::spring: return acceleration / length;
+    case dynamics::ParameterOwner::load: return acceleration;
     default: return 1;  // velocity terms are measured at rates of 1/s
   }
 }
@@ -106,7 +107,7 @@ constexpr int tool_axis_count = S::angular_dimension;
 
 }  // namespace
 
-NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters)
+NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<dynamics::Parameter>& parameters)
     : length(characteristic_length(mechanism)), mass(total_mass(mechanism)) {
   if (const double g = mechanism.gravity.norm(); g > 0) acceleration = g;
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
@@ -117,7 +118,7 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Paramet
 }
 
 template <class S>
-GoalRows<S>::GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units,
+GoalRows<S>::GoalRows(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const NaturalUnits& units,
                       std::vector<Goal> goals, const ConditionOptions& options, int freedoms)
     : mechanism_(mechanism),
       tree_(tree),
@@ -141,7 +142,7 @@ GoalRows<S>::GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const Nat
 template <class S>
 void GoalRows<S>::mask_excluded_terms() {
   term_mask_.setOnes(parameters_);
-  const std::vector<Parameter> terms = list_terms(mechanism_, options_.loose_springs);
+  const std::vector<dynamics::Parameter> terms = list_terms(mechanism_, options_.loose_springs);
   const VectorX known = known_term_values(mechanism_);
   const Eigen::Index first = parameters_ - known.size();
   for (Eigen::Index p = 0; p < parameters_; ++p) {
@@ -167,8 +168,8 @@ void GoalRows<S>::check_goals(int freedoms) {
                   " compares the centre of mass with the tool, but the mechanism has none";
       return;
     }
-    const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(mechanism_.tool->body)];
-    tool_ = {body.node, body.R_N, body.p_N + body.R_N * to_vector<S>(mechanism_.tool->position)};
+    const kinematics::FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(mechanism_.tool->body)];
+    tool_ = {body.node, body.R_N, body.p_N + body.R_N * kinematics::to_vector<S>(mechanism_.tool->position)};
   }
   if (!needs_actuators_) return;
   const auto count = static_cast<int>(mechanism_.actuators.size());
@@ -180,7 +181,7 @@ void GoalRows<S>::check_goals(int freedoms) {
   selection_ = MatrixX::Zero(count, tree_.columns);
   for (int a = 0; a < count; ++a) {
     const CoordinateId coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
-    const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)];
+    const kinematics::LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)];
     for (const auto& [column, ratio] : source.terms)
       selection_(a, column) = ratio * scale_[column] / (source.is_length ? tree_.characteristic_length : 1);
   }
@@ -205,15 +206,16 @@ template <class S>
 void GoalRows<S>::set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight) {
   const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
   compute_angular_velocities(tree_, dy.data(), state_);
-  const typename S::Vector base =
-      weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
+  const typename S::Vector base = weight ? typename S::Vector(-kinematics::to_vector<S>(mechanism_.gravity))
+                                         : typename S::Vector(S::Vector::Zero());
   compute_accelerations(tree_, dy.data(), ddy.data(), base, state_);
 }
 
 template <class S>
-InertiaRegressor<S> GoalRows<S>::compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+dynamics::InertiaRegressor<S> GoalRows<S>::compute_regressor(const VectorX& velocity, const VectorX& acceleration,
+                                                             bool weight) {
   set_motion(velocity, acceleration, weight);
-  return balance::compute_regressor(tree_, state_);
+  return dynamics::compute_regressor(tree_, state_);
 }
 
 /// Appends rows per unit of the inertial parameters, or of all parameters and extra unknowns, in natural units.
@@ -312,7 +314,7 @@ void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
   const Vector3 about = options_.about;
   for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
     set_motion(zero_rate, probe.directions.col(k), false);
-    const InertiaRegressor<S> momentum = compute_momentum_rate_regressor(tree_, state_);
+    const dynamics::InertiaRegressor<S> momentum = dynamics::compute_momentum_rate_regressor(tree_, state_);
     if (linear) append_rows(momentum.force, L);
     if (angular) {
       MatrixX rows = momentum.moment;
@@ -331,8 +333,8 @@ void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
 template <class S>
 void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
   constexpr int d = S::dimension;
-  const NodeState<S>& node = state_[static_cast<std::size_t>(tool_.node)];
-  const typename S::Vector tool = point_acceleration<S>(node, tool_.p_N);
+  const kinematics::NodeState<S>& node = state_[static_cast<std::size_t>(tool_.node)];
+  const typename S::Vector tool = kinematics::point_acceleration<S>(node, tool_.p_N);
   const typename S::Angular spin = node.R_WN * node.angular_acceleration;
   const typename S::Rotation R = node.R_WN * tool_.R_N;
   Eigen::Index first = parameters_;
@@ -341,7 +343,8 @@ void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
     VectorX rates(d + (kind == GoalKind::affine ? d * tool_axis_count<S> : 0));
     rates.head(d) = tool;
     for (int k = 0; d * (k + 1) < rates.size(); ++k)
-      rates.segment(d * (k + 1), d) = units_.length * typename S::Vector(cross(spin, typename S::Vector(axis(R, k))));
+      rates.segment(d * (k + 1), d) =
+          units_.length * typename S::Vector(kinematics::cross(spin, typename S::Vector(axis(R, k))));
     MatrixX rows = MatrixX::Zero(d, parameters_ + extra_count_);
     rows.leftCols(inertial_count_) = momentum;
     for (int i = 0; i < d; ++i, first += rates.size()) rows.row(i).segment(first, rates.size()) = -rates.transpose();
@@ -349,8 +352,8 @@ void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
   }
 }
 
-template class GoalRows<Planar>;
-template class GoalRows<Spatial>;
+template class GoalRows<kinematics::Planar>;
+template class GoalRows<kinematics::Spatial>;
 
 // Velocities and accelerations as functions of the actuators' ones.
 
@@ -366,7 +369,7 @@ template <class S>
 bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
   const MatrixX actuator_jacobian = selection_ * null_space;
   if (actuator_jacobian.rows() != actuator_jacobian.cols()) return false;
-  if (actuator_jacobian.size() > 0 && singular_values(actuator_jacobian).tail(1)[0] < min_actuator_regularity)
+  if (actuator_jacobian.size() > 0 && numerics::singular_values(actuator_jacobian).tail(1)[0] < min_actuator_regularity)
     return false;
   actuated_ = null_space * actuator_jacobian.partialPivLu().inverse();
   return true;
@@ -377,20 +380,20 @@ template <class S>
 VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
   const VectorX dy = scale_.cwiseProduct(velocity);
   compute_velocities(tree_, dy.data(), state_);
-  compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+  kinematics::compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
   const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
   VectorX bias = VectorX::Zero(closures + actuated);
-  ConstraintSystem<S> system(tree_, Drive<S>{});
+  kinematics::ConstraintSystem<S> system(tree_, kinematics::Drive<S>{});
   MatrixX jacobian;
   system.velocity_jacobian(y_, {}, jacobian);
   double* next = bias.data();
-  for (const Closure<S>& closure : tree_.closures) {
+  for (const kinematics::Closure<S>& closure : tree_.closures) {
     closure_bias(state_, closure, closure_pose(state_, closure), next);
-    for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
+    for (const kinematics::ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
   }
   MatrixX stacked(closures + actuated, tree_.columns);
   stacked << jacobian, selection_;
-  CompleteOrthogonalDecomposition qr;
+  numerics::CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);  // redundant closures leave rows of round-off
   return qr.compute(stacked).solve(bias);
 }
@@ -398,8 +401,8 @@ VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
 #define BALANCE_INSTANTIATE(S)                             \
   template bool GoalRows<S>::set_actuated(const MatrixX&); \
   template VectorX GoalRows<S>::actuated_bias(const VectorX&);
-BALANCE_INSTANTIATE(Planar)
-BALANCE_INSTANTIATE(Spatial)
+BALANCE_INSTANTIATE(kinematics::Planar)
+BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE
 
 // Efforts that springs require at rest.
@@ -418,23 +421,26 @@ MatrixX GoalRows<S>::spring_torques() {
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
       const Spring& spring = mechanism_.springs[s];
       if (spring.is_joint_spring()) {  // k q − preload
-        const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(spring.coordinate)];
+        const kinematics::LinearQuantity& source =
+            tree_.coordinate_expressions[static_cast<std::size_t>(spring.coordinate)];
         const double ratio = source.rate(unit.data());
         torque(c, column++) = ratio * source.value(y_.data());
         torque(c, column++) = -ratio;
         continue;
       }
-      const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
+      const kinematics::FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
             &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
-      const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];
+      const kinematics::NodeState<S>&a = state_[static_cast<std::size_t>(A.node)],
+            &b = state_[static_cast<std::size_t>(B.node)];
       const bool is_loose = s < options_.loose_springs.size() && options_.loose_springs[s];
       const typename S::Vector end_a =
-          is_loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
+          is_loose ? typename S::Vector(S::Vector::Zero()) : kinematics::to_vector<S>(spring.point_first);
       const typename S::Vector end_b =
-          is_loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
+          is_loose ? typename S::Vector(S::Vector::Zero()) : kinematics::to_vector<S>(spring.point_second);
       const typename S::Vector p_A = A.p_N + A.R_N * end_a, p_B = B.p_N + B.R_N * end_b;
-      const typename S::Vector d = position(state_, {A.node, A.R_N, p_A}) - position(state_, {B.node, B.R_N, p_B});
-      const typename S::Vector rate = point_velocity<S>(a, p_A) - point_velocity<S>(b, p_B);
+      const typename S::Vector d =
+          kinematics::position(state_, {A.node, A.R_N, p_A}) - kinematics::position(state_, {B.node, B.R_N, p_B});
+      const typename S::Vector rate = kinematics::point_velocity<S>(a, p_A) - kinematics::point_velocity<S>(b, p_B);
       const double length = d.norm();
       const bool has_zero_free_length = is_loose || spring.free_length == 0;
       torque(c, column++) = d.dot(rate) * (has_zero_free_length ? 1 : length > 0 ? 1 - spring.free_length / length : 0);
@@ -442,7 +448,7 @@ MatrixX GoalRows<S>::spring_torques() {
       const typename S::Rotation R_A = a.R_WN * A.R_N, R_B = b.R_WN * B.R_N;
       const typename S::Angular w_A = a.R_WN * a.angular_velocity, w_B = b.R_WN * b.angular_velocity;
       const auto turned_rate = [](const typename S::Angular& w, const typename S::Vector& e) {
-        return typename S::Vector(cross(w, e));
+        return typename S::Vector(kinematics::cross(w, e));
       };
       for (int i = 0; i < S::dimension; ++i)
         torque(c, column++) = rate.dot(axis(R_A, i)) + d.dot(turned_rate(w_A, axis(R_A, i)));
@@ -457,7 +463,7 @@ MatrixX GoalRows<S>::spring_torques() {
   return torque;
 }
 
-template MatrixX GoalRows<Planar>::spring_torques();
-template MatrixX GoalRows<Spatial>::spring_torques();
+template MatrixX GoalRows<kinematics::Planar>::spring_torques();
+template MatrixX GoalRows<kinematics::Spatial>::spring_torques();
 
-}  // namespace balance
+}  // namespace balance::conditions

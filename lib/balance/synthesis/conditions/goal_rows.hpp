@@ -11,20 +11,20 @@
 #include "balance/synthesis/conditions/configuration_sampler.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 // Generalised forces that loads and friction require at the tree's coordinates, per unit of each known term.
 
 /// Changes of all loads' components (columns) since each load's first time, at all times of all tables (rows).
 MatrixX load_histories(const Mechanism& mechanism);
 /// Column of a load's term in load_histories and load_changes.
-Eigen::Index load_component(const Parameter& term, bool planar);
+Eigen::Index load_component(const dynamics::Parameter& term, bool planar);
 
 template <class S>
 class KnownTermColumns {
  public:
   /// @param mechanism, tree must outlive the columns
-  KnownTermColumns(const Mechanism& mechanism, const Tree<S>& tree);
+  KnownTermColumns(const Mechanism& mechanism, const kinematics::Tree<S>& tree);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(terms_.size()); }
   bool has_loads() const { return !mechanism_.loads.empty(); }
@@ -32,21 +32,21 @@ class KnownTermColumns {
   bool has_friction() const { return !mechanism_.friction.empty(); }
 
   /// Columns of the loads' initial values and, separately, of their changes; overwrites the velocities in `state`.
-  void load_columns(TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
+  void load_columns(kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
   /// @param dy rates of the tree's coordinates
   MatrixX friction_columns(const VectorX& dy) const;
 
  private:
-  MatrixX load_torques(TreeState<S>& state) const;
+  MatrixX load_torques(kinematics::TreeState<S>& state) const;
 
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
-  std::vector<Parameter> terms_;
+  const kinematics::Tree<S>& tree_;
+  std::vector<dynamics::Parameter> terms_;
   MatrixX changes_;  ///< load_changes, if any load changes
 };
 
-extern template class KnownTermColumns<Planar>;
-extern template class KnownTermColumns<Spatial>;
+extern template class KnownTermColumns<kinematics::Planar>;
+extern template class KnownTermColumns<kinematics::Spatial>;
 
 /// The mechanism's natural units, in SI.
 struct NaturalUnits {
@@ -54,7 +54,7 @@ struct NaturalUnits {
   VectorX parameter;  ///< per parameter: π = unit · π̂, with π̂ in kg
 
   /// @param parameters may include known terms
-  NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
+  NaturalUnits(const Mechanism& mechanism, const std::vector<dynamics::Parameter>& parameters);
 };
 
 /// Velocities for which the rows of one sample are evaluated; scaled as in SampledConfiguration.
@@ -67,8 +67,8 @@ template <class S>
 class GoalRows {
  public:
   /// @param tree, units must outlive the rows; units of all terms, including known ones
-  GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, std::vector<Goal> goals,
-           const ConditionOptions& options, int freedoms);
+  GoalRows(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const NaturalUnits& units,
+           std::vector<Goal> goals, const ConditionOptions& options, int freedoms);
 
   /// Why the goals do not apply to this mechanism; empty if they do.
   const std::string& mismatch_reason() const { return mismatch_; }
@@ -89,7 +89,7 @@ class GoalRows {
   bool set_actuated(const MatrixX& null_space);
   VectorX actuated_bias(const VectorX& velocity);
   void set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight);
-  InertiaRegressor<S> compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight);
+  dynamics::InertiaRegressor<S> compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight);
   void append_rows(const MatrixX& rows, double unit);
   void append_known_rows(const MatrixX& projection, const MatrixX& torque, double unit);
   void mask_excluded_terms();
@@ -101,7 +101,7 @@ class GoalRows {
   MatrixX spring_torques();
 
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
+  const kinematics::Tree<S>& tree_;
   const NaturalUnits& units_;
   std::vector<Goal> goals_;
   ConditionOptions options_;
@@ -111,17 +111,17 @@ class GoalRows {
   VectorX scale_;
   KnownTermColumns<S> known_terms_;
   VectorX term_mask_;  ///< per term: 1, or 0 if it is left out or absent
-  FixedFrame<S> tool_;
+  kinematics::FixedFrame<S> tool_;
   MatrixX selection_;  ///< actuated × columns, scaled
   MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity
   MatrixX inertia_reference_;
-  TreeState<S> state_;
+  kinematics::TreeState<S> state_;
   VectorX y_;
   MatrixX out_;
   Eigen::Index row_count_ = 0;
 };
 
-extern template class GoalRows<Planar>;
-extern template class GoalRows<Spatial>;
+extern template class GoalRows<kinematics::Planar>;
+extern template class GoalRows<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -50,8 +50,8 @@ BodyId other_end(const Joint& joint, BodyId body) { return joint.first == body ?
 
 bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
   return std::any_of(mechanism.joints.begin(), mechanism.joints.end(), [&](const Joint& joint) {
-    return (joint.first == ground && contains(bodies, joint.second)) ||
-           (joint.second == ground && contains(bodies, joint.first));
+    return (joint.first == model::ground && contains(bodies, joint.second)) ||
+           (joint.second == model::ground && contains(bodies, joint.first));
   });
 }
 
@@ -134,7 +134,7 @@ class GraphPartitioner {
       for (const Bodies& chain : chains) add_chain(chain);
       Platform platform{body, joints_of(mechanism_, body)};
       std::erase_if(platform.joints, [&, p = body](int j) {
-        return other_end(mechanism_.joints[static_cast<std::size_t>(j)], p) == ground;
+        return other_end(mechanism_.joints[static_cast<std::size_t>(j)], p) == model::ground;
       });
       partition_.platforms.push_back(std::move(platform));
       return true;
@@ -166,19 +166,19 @@ class GraphPartitioner {
   /// Joints and bodies in order around the loop, from the ground to the ground.
   std::vector<JointId> order_loop(const Bodies& component, Bodies& loop_bodies) const {
     std::vector<JointId> joints;
-    BodyId body = ground;
+    BodyId body = model::ground;
     do {
       for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
         const Joint& joint = mechanism_.joints[j];
         const BodyId next = other_end(joint, body);
         if ((joint.first != body && joint.second != body) || contains(joints, JointId(static_cast<int>(j)))) continue;
-        if (body == ground && !contains(component, next)) continue;
+        if (body == model::ground && !contains(component, next)) continue;
         joints.push_back(static_cast<int>(j));
         body = next;
         break;
       }
-      if (body != ground) loop_bodies.push_back(body);
-    } while (body != ground);
+      if (body != model::ground) loop_bodies.push_back(body);
+    } while (body != model::ground);
     return joints;
   }
 
@@ -205,4 +205,4 @@ bool is_point_joint(JointType type) {
 
 GraphPartition partition_graph(const Mechanism& mechanism) { return GraphPartitioner(mechanism).run(); }
 
-}  // namespace balance
+}  // namespace balance::conditions

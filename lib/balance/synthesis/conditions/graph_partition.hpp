@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// Points closer than this, relative to the mechanism's length, coincide.
 inline constexpr double coincidence_tolerance = 1e-9;
@@ -38,4 +38,4 @@ GraphPartition partition_graph(const Mechanism& mechanism);
 /// Whether a joint makes a point of its first body coincide with a point of its second.
 bool is_point_joint(JointType type);
 
-}  // namespace balance
+}  // namespace balance::conditions

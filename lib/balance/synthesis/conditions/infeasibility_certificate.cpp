@@ -12,7 +12,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -42,7 +42,7 @@ NaturalConditions to_natural_units(const Conditions& conditions, const Mechanism
 /// The problem in which proofs are sought. All known terms are merged into one column, whose factor is a positive
 /// constant; those that free numbers change stay separate and must not occur.
 struct CertificateProblem {
-  std::vector<Parameter> parameters;
+  std::vector<dynamics::Parameter> parameters;
   MatrixX rows;
 };
 
@@ -54,7 +54,7 @@ CertificateProblem merge_known_terms(const Conditions& conditions, const Natural
   problem.rows = natural.rows.leftCols(parameter_count);
   if (known_count == 0) return problem;
   VectorX merged = VectorX::Zero(natural.rows.rows());
-  const auto add = [&](const VectorX& column, const Parameter& parameter) {
+  const auto add = [&](const VectorX& column, const dynamics::Parameter& parameter) {
     problem.rows.conservativeResize(Eigen::NoChange, problem.rows.cols() + 1);
     problem.rows.rightCols(1) = column;
     problem.parameters.push_back(parameter);
@@ -62,11 +62,12 @@ CertificateProblem merge_known_terms(const Conditions& conditions, const Natural
   for (Eigen::Index k = 0; k < known_count; ++k) {
     const VectorX column = natural.rows.col(parameter_count + k);
     if (conditions.is_variable_term(k))
-      add(column, {"", "", "", ParameterOwner::load, static_cast<int>(k), 0, ParameterKind::force, 0});
+      add(column,
+          {"", "", "", dynamics::ParameterOwner::load, static_cast<int>(k), 0, dynamics::ParameterKind::force, 0});
     else
       merged += column * (conditions.known_term_values[k] / natural.parameter_unit[parameter_count + k] / mass);
   }
-  add(merged, {"", "", "", ParameterOwner::load, -1, 0, ParameterKind::known_term, 0});
+  add(merged, {"", "", "", dynamics::ParameterOwner::load, -1, 0, dynamics::ParameterKind::known_term, 0});
   return problem;
 }
 
@@ -142,7 +143,7 @@ bool is_valid_for_flat_bodies(const PseudoInertiaCone& cone, const VectorX& coef
     const MatrixX matrix = block.matrix(coefficients);
     if (matrix.norm() < certificate_coefficient_tolerance) return false;
     if (block.size != 4) return true;
-    const SymmetricEigenSolver solver(matrix, Eigen::EigenvaluesOnly);
+    const numerics::SymmetricEigenSolver solver(matrix, Eigen::EigenvaluesOnly);
     return solver.eigenvalues()[2] > 1e-6 * solver.eigenvalues()[3];
   });
 }
@@ -154,9 +155,9 @@ bool is_consistent_with(const InfeasibilityCertificate& proof, const VectorX& pa
 }
 
 VectorX current_parameters(const Conditions& conditions, const Mechanism& mechanism) {
-  FreeSprings loose(mechanism.springs.size(), false);
-  for (const Parameter& p : conditions.parameters)
-    if (p.kind == ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
+  dynamics::FreeSprings loose(mechanism.springs.size(), false);
+  for (const dynamics::Parameter& p : conditions.parameters)
+    if (p.kind == dynamics::ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
   VectorX values = term_values(mechanism, loose);
   if (values.size() != static_cast<Eigen::Index>(conditions.parameters.size()))
     throw std::invalid_argument("the conditions are not those of this mechanism");
@@ -217,7 +218,7 @@ std::optional<InfeasibilityCertificate> verify_bounds_certificate(const VectorX&
   InfeasibilityCertificate proof{InfeasibilityCertificate::Kind::bounds, lambda.cwiseQuotient(conditions.row_scales),
                                  VectorX(), ""};
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double scale = 1 / max_abs(proof.coefficients);
+  const double scale = 1 / numerics::max_abs(proof.coefficients);
   proof.combination *= scale;
   proof.coefficients *= scale;
   const VectorX size = conditions.matrix.cwiseAbs().transpose() * proof.combination.cwiseAbs();
@@ -245,9 +246,10 @@ std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& con
   const std::optional<VectorX> lambda = find_bounds_certificate(rows * parameters.constant, rows * parameters.gradient,
                                                                 parameters.lower, parameters.upper);
   if (!lambda || lambda->lpNorm<1>() > 1 / certificate_residual_threshold) return std::nullopt;
-  const VectorX without_errors = (lambda->array().abs() > multiplier_tolerance * max_abs(*lambda)).select(*lambda, 0.0);
+  const VectorX without_errors =
+      (lambda->array().abs() > multiplier_tolerance * numerics::max_abs(*lambda)).select(*lambda, 0.0);
   if (auto proof = verify_bounds_certificate(without_errors, conditions, parameters)) return proof;
   return verify_bounds_certificate(*lambda, conditions, parameters);
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

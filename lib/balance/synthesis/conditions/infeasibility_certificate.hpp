@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace balance {
+namespace balance::conditions {
 
 struct InfeasibilityCertificate {
   enum class Kind {
@@ -40,4 +40,4 @@ struct BoundedParameters {
 std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions,
                                                            const BoundedParameters& parameters);
 
-}  // namespace balance
+}  // namespace balance::conditions

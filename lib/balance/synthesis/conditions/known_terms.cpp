@@ -8,7 +8,10 @@
 #include <cmath>
 #include <set>
 
-namespace balance {
+namespace balance::conditions {
+
+using dynamics::Parameter;
+using dynamics::ParameterOwner;
 
 namespace {
 
@@ -78,12 +81,12 @@ Eigen::Index load_component(const Parameter& term, bool planar) {
 }
 
 double& friction_coefficient(Friction& friction, const Parameter& term) {
-  if (term.kind == ParameterKind::viscous) return friction.viscous;
+  if (term.kind == dynamics::ParameterKind::viscous) return friction.viscous;
   return term.symbol == coulomb_backward && friction.coulomb_backward ? *friction.coulomb_backward : friction.coulomb;
 }
 
 double friction_resistance(const Parameter& term, double rate) {
-  if (term.kind == ParameterKind::viscous) return rate;
+  if (term.kind == dynamics::ParameterKind::viscous) return rate;
   if (rate > 0) return term.symbol == coulomb_backward ? 0 : 1;
   return rate < 0 && term.symbol != coulomb_forward ? -1 : 0;
 }
@@ -102,8 +105,8 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
                                                      : std::vector<std::string>{"fx", "fy", "fz", "mx", "my", "mz"};
   const std::set<std::string> other_names = other_owners(mechanism);
   std::vector<Parameter> terms;
-  const auto add_term = [&](ParameterOwner owner_kind, std::size_t index, const std::string& symbol, ParameterKind kind,
-                            int power) {
+  const auto add_term = [&](ParameterOwner owner_kind, std::size_t index, const std::string& symbol,
+                            dynamics::ParameterKind kind, int power) {
     std::string owner = owner_of(mechanism, owner_kind, index);
     if (other_names.count(owner) > 0) owner = (owner_kind == ParameterOwner::load ? "loads." : "friction.") + owner;
     const int slot =
@@ -118,17 +121,17 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
       for (int c = 0; c < size; ++c) {
         const bool is_couple = c >= (size == 3 ? 2 : 3);
         add_term(ParameterOwner::load, l, symbols[static_cast<std::size_t>(c)] + suffix,
-                 is_couple ? ParameterKind::couple : ParameterKind::force, is_couple ? 1 : 0);
+                 is_couple ? dynamics::ParameterKind::couple : dynamics::ParameterKind::force, is_couple ? 1 : 0);
       }
     }
   for (std::size_t f = 0; f < mechanism.friction.size(); ++f) {
     const CoordinateId coordinate = mechanism.friction[f].coordinate;
     const bool is_angle = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
-    add_term(ParameterOwner::friction, f, "viscous", ParameterKind::viscous, is_angle ? 2 : 0);
+    add_term(ParameterOwner::friction, f, "viscous", dynamics::ParameterKind::viscous, is_angle ? 2 : 0);
     for (const char* symbol : mechanism.friction[f].coulomb_backward
                                   ? std::vector<const char*>{coulomb_forward, coulomb_backward}
                                   : std::vector<const char*>{"coulomb"})
-      add_term(ParameterOwner::friction, f, symbol, ParameterKind::coulomb, is_angle ? 2 : 1);
+      add_term(ParameterOwner::friction, f, symbol, dynamics::ParameterKind::coulomb, is_angle ? 2 : 1);
   }
   return terms;
 }
@@ -144,7 +147,7 @@ VectorX known_term_values(const Mechanism& mechanism) {
     if (load.time.empty()) continue;
     for (int c = 0; c < size; ++c) {
       const VectorX change = changes.col(size * static_cast<Eigen::Index>(l) + c);
-      values.push_back(change[max_index(change.cwiseAbs())]);
+      values.push_back(change[numerics::max_index(change.cwiseAbs())]);
     }
   }
   for (const Friction& friction : mechanism.friction) {
@@ -154,14 +157,14 @@ VectorX known_term_values(const Mechanism& mechanism) {
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose) {
-  std::vector<Parameter> terms = list_parameters(mechanism, loose);
+std::vector<Parameter> list_terms(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
+  std::vector<Parameter> terms = dynamics::list_parameters(mechanism, loose);
   for (Parameter& term : list_known_terms(mechanism)) terms.push_back(std::move(term));
   return terms;
 }
 
-VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose) {
-  const VectorX parameters = parameter_values(mechanism, loose), known = known_term_values(mechanism);
+VectorX term_values(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
+  const VectorX parameters = dynamics::parameter_values(mechanism, loose), known = known_term_values(mechanism);
   VectorX values(parameters.size() + known.size());
   values << parameters, known;
   return values;
@@ -176,7 +179,7 @@ MatrixX load_changes(const Mechanism& mechanism, double length) {
   VectorX unit(n);
   for (Eigen::Index c = 0; c < n; ++c) unit[c] = c % size < forces ? 1 : length;
   changes = changes * unit.cwiseInverse().asDiagonal();
-  ColumnPivotingQr qr;
+  numerics::ColumnPivotingQr qr;
   qr.setThreshold(load_change_tolerance);
   qr.compute(changes);
   const Eigen::Index rank = changes.isZero(0) ? 0 : qr.rank();
@@ -231,4 +234,4 @@ std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
   return names;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -9,28 +9,28 @@
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 /// Symbols of dry friction that depends on the direction.
 inline constexpr const char* coulomb_forward = "coulomb.forward";
 inline constexpr const char* coulomb_backward = "coulomb.backward";
 
-bool is_known_term(const Parameter& parameter);
+bool is_known_term(const dynamics::Parameter& parameter);
 /// The coefficient that a term of friction stands for.
-double& friction_coefficient(Friction& friction, const Parameter& term);
+double& friction_coefficient(Friction& friction, const dynamics::Parameter& term);
 /// Resistance of a coordinate at this rate per unit of a term of its friction.
-double friction_resistance(const Parameter& term, double rate);
+double friction_resistance(const dynamics::Parameter& term, double rate);
 /// Whether a known term stands for the changes of a load over time.
-bool is_load_change(const Parameter& parameter);
+bool is_load_change(const dynamics::Parameter& parameter);
 
 /// Loads, then friction, in the mechanism's order; their number is the same for all mechanisms of the same structure.
-std::vector<Parameter> list_known_terms(const Mechanism& mechanism);
+std::vector<dynamics::Parameter> list_known_terms(const Mechanism& mechanism);
 /// Their values [SI], in the same order.
 VectorX known_term_values(const Mechanism& mechanism);
 
 /// All columns of conditions: parameters, then known terms.
-std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose = {});
-VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose = {});
+std::vector<dynamics::Parameter> list_terms(const Mechanism& mechanism, const dynamics::FreeSprings& loose = {});
+VectorX term_values(const Mechanism& mechanism, const dynamics::FreeSprings& loose = {});
 
 /// How the components of all loads change together: column c contains the multiples of all components (force, then
 /// moment, load by load) that change with component c. Loads that change in proportion share one column. Columns of
@@ -40,8 +40,8 @@ MatrixX load_changes(const Mechanism& mechanism, double length);
 
 /// Whether `names` exclude a term: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`, `discs`),
 /// the elements in them, or both joined by a dot; a joint coordinate stands for its friction.
-bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names);
+bool is_excluded(const Mechanism& mechanism, const dynamics::Parameter& term, const std::vector<std::string>& names);
 /// All names of a mechanism that can be excluded.
 std::vector<std::string> list_excludable_names(const Mechanism& mechanism);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -23,24 +23,24 @@ constexpr double condition_term_tolerance = 1e-11;
 /// Stores every joint coordinate of the assembled pose, so that the chains are assembled in the same mode.
 template <class S>
 bool complete_assembly(Mechanism& mechanism) {
-  Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
-  ConstraintSystem<S> closures(tree, Drive<S>{});
-  const AssemblySolution pose = solve_pose(mechanism, tree, closures, {});
+  kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
+  kinematics::ConstraintSystem<S> closures(tree, kinematics::Drive<S>{});
+  const kinematics::AssemblySolution pose = kinematics::solve_pose(mechanism, tree, closures, {});
   if (!pose.found) return false;
-  TreeState<S> state(tree.nodes.size());
+  kinematics::TreeState<S> state(tree.nodes.size());
   compute_poses(tree, pose.y.data(), state);
   mechanism.assembly.clear();
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
-    const JointMotion motion = compute_joint_motion(joint, relative_motion(tree, state, joint));
+    const kinematics::JointMotion motion = compute_joint_motion(joint, relative_motion(tree, state, joint));
     mechanism.assembly.push_back({static_cast<int>(c), motion.position[static_cast<std::size_t>(coordinate.index)]});
   }
   return true;
 }
 
 bool complete_assembly(Mechanism& mechanism) {
-  return dispatch_space(mechanism.space, [&]<class S>(S) { return complete_assembly<S>(mechanism); });
+  return kinematics::dispatch_space(mechanism.space, [&]<class S>(S) { return complete_assembly<S>(mechanism); });
 }
 
 /// Why the strategy does not apply to the goals; empty if it does.
@@ -116,7 +116,7 @@ class ModularDerivation {
     const Eigen::Index row_count = rows_.rows();
     rows_.conservativeResize(row_count + conditions.matrix.rows(), units.parameter.size());
     for (Eigen::Index r = 0; r < conditions.matrix.rows(); ++r) {
-      const double size = max_abs(conditions.matrix.row(r).cwiseProduct(parameter_units.transpose()));
+      const double size = numerics::max_abs(conditions.matrix.row(r).cwiseProduct(parameter_units.transpose()));
       auto row = rows_.row(row_count + r);
       row = conditions.matrix.row(r) * parameter_map * units.parameter.asDiagonal() / size;
       row = (row.array().abs() > condition_term_tolerance).select(row, 0.0);
@@ -161,9 +161,9 @@ class ModularDerivation {
     const bool is_dynamic = std::any_of(out_.goals.begin(), out_.goals.end(),
                                         [](const Goal& goal) { return goal.kind != GoalKind::statics; });
     for (std::size_t p = 0; p < out_.parameters.size(); ++p) {
-      const ParameterKind kind = out_.parameters[p].kind;
+      const dynamics::ParameterKind kind = out_.parameters[p].kind;
       const bool is_second_moment =
-          kind == ParameterKind::moment_of_inertia || kind == ParameterKind::product_of_inertia;
+          kind == dynamics::ParameterKind::moment_of_inertia || kind == dynamics::ParameterKind::product_of_inertia;
       if ((is_dynamic || !is_second_moment) && !remainder_map.row(static_cast<Eigen::Index>(p)).isZero(0)) return true;
     }
     return false;
@@ -201,4 +201,4 @@ Conditions derive_modular_conditions(const Mechanism& mechanism, const std::vect
   return ModularDerivation(mechanism, goals, options).run();
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// The conditions of all chains, in the parameters of the whole mechanism. `notes` describe how the mechanism was
 /// split, how the shares are formed and which inertia remains at the platform. Where that inertia matters, conditions
@@ -23,4 +23,4 @@ namespace balance {
 Conditions derive_modular_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                                      const ConditionOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::conditions

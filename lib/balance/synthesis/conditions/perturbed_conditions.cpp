@@ -12,7 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::conditions {
 
 namespace {
 
@@ -28,7 +28,7 @@ MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
   const Eigen::Index extra = rows.cols() - parameters.rows();
   if (extra == 0) return products;
   const MatrixX unknown_columns = rows.rightCols(extra);
-  return products - unknown_columns * ColumnPivotingQr(unknown_columns).solve(products);
+  return products - unknown_columns * numerics::ColumnPivotingQr(unknown_columns).solve(products);
 }
 
 void stack_blocks(const std::vector<MatrixX>& blocks, Eigen::Index columns, MatrixX& stacked_rows) {
@@ -60,7 +60,7 @@ class ResidualSamples : public GoalResidual::Implementation {
   ResidualSamples(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : options_(options),
         goals_(conditions.goals),
-        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
         units_(mechanism, conditions.parameters),
         term_mask_(VectorX::Ones(conditions.matrix.cols())) {
     // terms that no parameter can balance are constant and would only hide the rest of the residual
@@ -70,7 +70,7 @@ class ResidualSamples : public GoalResidual::Implementation {
         term_mask_[column] = 0;
     }
     ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
-    UniformRandom random(options.seed + 1);
+    numerics::UniformRandom random(options.seed + 1);
     SampledConfiguration configuration;
     const int target_count = conditions.samples + 4;
     const bool has_loops = tree_.closure_rows > 0;
@@ -90,9 +90,9 @@ class ResidualSamples : public GoalResidual::Implementation {
   }
 
   bool collect(const Mechanism& mechanism, const RowsCallback& callback) override {
-    Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
+    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
-    for (const NodeId spherical : tree_.spherical_joints)
+    for (const kinematics::NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     MatrixX rows;
     if (!evaluate_rows(mechanism, tree, samples_, rows)) return false;
@@ -106,16 +106,16 @@ class ResidualSamples : public GoalResidual::Implementation {
   /// Takes a single step of random length and direction from another configuration. It is long enough to distinguish
   /// mechanisms, and short enough that with slightly different lengths the loops still close, and on the same side of a
   /// folded pose.
-  bool sample_near(const SampledConfiguration& reference, UniformRandom& random,
+  bool sample_near(const SampledConfiguration& reference, numerics::UniformRandom& random,
                    SampledConfiguration& configuration) const {
     constexpr double max_sample_step = 0.6;
-    ConstraintSystem<S> closures(tree_, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(tree_, kinematics::Drive<S>{});
     const VectorX scale = column_scale(tree_);
     VectorX direction = reference.null_space * random.sample_normal(reference.null_space.cols());
     direction.normalize();
     const double step_length = random(-max_sample_step, max_sample_step);
-    const AssemblySolution assembly =
-        solve_assembly(closures, reference.y + step_length * scale.cwiseProduct(direction), {}, 30);
+    const kinematics::AssemblySolution assembly =
+        kinematics::solve_assembly(closures, reference.y + step_length * scale.cwiseProduct(direction), {}, 30);
     if (!assembly.found) return false;
     const VectorX displacement = (assembly.y - reference.y).cwiseQuotient(scale);
     configuration.y = assembly.y;
@@ -123,10 +123,10 @@ class ResidualSamples : public GoalResidual::Implementation {
            displacement.norm() < 2 * std::abs(step_length);
   }
 
-  bool evaluate_rows(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<SampledState>& samples,
-                     MatrixX& stacked_rows) {
+  bool evaluate_rows(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
+                     const std::vector<SampledState>& samples, MatrixX& stacked_rows) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
-    ConstraintSystem<S> closures(tree, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(tree, kinematics::Drive<S>{});
     std::vector<MatrixX> blocks(samples.size());
     for (std::size_t k = 0; k < samples.size(); ++k) {
       SampledConfiguration configuration;
@@ -142,7 +142,7 @@ class ResidualSamples : public GoalResidual::Implementation {
 
   ConditionOptions options_;
   std::vector<Goal> goals_;
-  Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
+  kinematics::Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
   NaturalUnits units_;
   VectorX term_mask_;  ///< per term: 0 for known terms that no parameter can balance, else 1
   int freedoms_ = 0;
@@ -155,7 +155,7 @@ GoalResidual::GoalResidual(const Mechanism& mechanism, const std::vector<Goal>& 
                            const ConditionOptions& options) {
   const Conditions conditions = derive_conditions(mechanism, goals, options);
   if (conditions.status != ConditionsStatus::done) throw std::invalid_argument(conditions.reason);
-  dispatch_space(mechanism.space, [&]<class S>(S) {
+  kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
     implementation_ = std::make_unique<ResidualSamples<S>>(mechanism, conditions, options);
   });
 }
@@ -202,7 +202,7 @@ template <class S>
 class PerturbedRows : public PerturbedConditions::Implementation {
  public:
   PerturbedRows(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
-      : options_(options), tree_(compile_tree<S>(mechanism, mechanism.actuators)) {
+      : options_(options), tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)) {
     known_conditions.goals = conditions.goals;
     known_conditions.parameters = conditions.parameters;
     known_conditions.known_term_values = conditions.known_term_values;
@@ -210,7 +210,7 @@ class PerturbedRows : public PerturbedConditions::Implementation {
     known_conditions.rank = conditions.rank;
     if (conditions.matrix.rows() == 0) return;
     ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
-    UniformRandom random(options.seed + 2);
+    numerics::UniformRandom random(options.seed + 2);
     SampledConfiguration configuration;
     for (int target_count = min_perturbed_samples; target_count <= max_perturbed_samples; target_count *= 2) {
       while (static_cast<int>(y_.size()) < target_count) {
@@ -229,11 +229,11 @@ class PerturbedRows : public PerturbedConditions::Implementation {
 
   PerturbedRank solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
     if (!reproduces_known_) return PerturbedRank::unknown;
-    Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
+    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
         tree.spherical_joints != tree_.spherical_joints)
       return PerturbedRank::unknown;
-    for (const NodeId spherical : tree_.spherical_joints)
+    for (const kinematics::NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     const NaturalUnits units(mechanism, known_conditions.parameters);
     MatrixX rows;
@@ -241,11 +241,11 @@ class PerturbedRows : public PerturbedConditions::Implementation {
   }
 
  private:
-  bool stack_rows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units,
+  bool stack_rows(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const NaturalUnits& units,
                   MatrixX& stacked_rows) const {
     GoalRows<S> goal_rows(mechanism, tree, units, known_conditions.goals, options_, freedoms_);
     if (!goal_rows.mismatch_reason().empty()) return false;
-    ConstraintSystem<S> closures(tree, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(tree, kinematics::Drive<S>{});
     std::vector<MatrixX> blocks;
     for (std::size_t k = 0; k < y_.size(); ++k) {
       SampledConfiguration configuration;
@@ -266,12 +266,12 @@ class PerturbedRows : public PerturbedConditions::Implementation {
     const auto rank = static_cast<Eigen::Index>(known_conditions.pivots.size());
     if (parameter_rows.rows() <= rank) return PerturbedRank::unknown;
     const MatrixX X = parameter_rows(Eigen::all, known_conditions.pivots);
-    const ColumnPivotingQr qr(X);
+    const numerics::ColumnPivotingQr qr(X);
     const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
-    if (!(min_coefficient(diagonal) > reproduction_tolerance * max_coefficient(diagonal)))
+    if (!(numerics::min_coefficient(diagonal) > reproduction_tolerance * numerics::max_coefficient(diagonal)))
       return PerturbedRank::unknown;
     MatrixX R = qr.solve(parameter_rows);
-    const double relative_residual = max_abs(parameter_rows - X * R) / max_abs(parameter_rows);
+    const double relative_residual = numerics::max_abs(parameter_rows - X * R) / numerics::max_abs(parameter_rows);
     if (!(relative_residual < perturbed_row_tolerance))
       return relative_residual > rank_change_threshold ? PerturbedRank::changed : PerturbedRank::unknown;
     for (Eigen::Index r = 0; r < rank; ++r) round_row(R, r);
@@ -283,7 +283,7 @@ class PerturbedRows : public PerturbedConditions::Implementation {
   }
 
   void round_row(MatrixX& R, Eigen::Index row) const {
-    const double largest = max_abs(R.row(row));
+    const double largest = numerics::max_abs(R.row(row));
     R.row(row) = (R.row(row).array().abs() < 0.1 * reproduction_tolerance * largest).select(0.0, R.row(row));
     for (std::size_t r = 0; r < known_conditions.pivots.size(); ++r)
       R(row, known_conditions.pivots[r]) = static_cast<Eigen::Index>(r) == row ? 1 : 0;
@@ -291,13 +291,14 @@ class PerturbedRows : public PerturbedConditions::Implementation {
 
   static bool is_reproduced(const MatrixX& matrix, const MatrixX& expected) {
     for (Eigen::Index row = 0; row < expected.rows(); ++row)
-      if (!(max_abs(matrix.row(row) - expected.row(row)) < reproduction_tolerance * max_abs(expected.row(row))))
+      if (!(numerics::max_abs(matrix.row(row) - expected.row(row)) <
+            reproduction_tolerance * numerics::max_abs(expected.row(row))))
         return false;
     return true;
   }
 
   ConditionOptions options_;
-  Tree<S> tree_;  ///< of the known mechanism, with the reference orientations of its spherical joints
+  kinematics::Tree<S> tree_;  ///< of the known mechanism, with the reference orientations of its spherical joints
   int freedoms_ = 0;
   bool reproduces_known_ = false;
   std::vector<VectorX> y_, velocity_seeds_;
@@ -307,7 +308,7 @@ class PerturbedRows : public PerturbedConditions::Implementation {
 
 PerturbedConditions::PerturbedConditions(const Mechanism& mechanism, const Conditions& conditions,
                                          const ConditionOptions& options) {
-  dispatch_space(mechanism.space, [&]<class S>(S) {
+  kinematics::dispatch_space(mechanism.space, [&]<class S>(S) {
     implementation_ = std::make_unique<PerturbedRows<S>>(mechanism, conditions, options);
   });
 }
@@ -336,4 +337,4 @@ std::function<Conditions(const Mechanism&)> make_perturbed_derivation(
   };
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

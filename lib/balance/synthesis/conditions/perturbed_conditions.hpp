@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-namespace balance {
+namespace balance::conditions {
 
 /// Evaluates the rows at the known mechanism's configurations, with the loops closed again, and solves for the known
 /// pivots: no random walk, no rank decision.
@@ -39,4 +39,4 @@ std::function<Conditions(const Mechanism&)> make_perturbed_derivation(
     const std::function<Mechanism(const Mechanism&)>& prepare, const Mechanism& mechanism, const Conditions& conditions,
     const ConditionOptions& options);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -12,7 +12,9 @@
 #include <tuple>
 #include <utility>
 
-namespace balance {
+namespace balance::conditions {
+
+using dynamics::ParameterKind;
 
 namespace {
 
@@ -27,8 +29,8 @@ constexpr double row_entry_tolerance = 1e-10;    ///< relative to a reduced row'
 /// Number of joints between each body and the ground.
 std::vector<int> joint_depths(const Mechanism& mechanism) {
   std::vector<int> depth(mechanism.bodies.size(), -1);
-  depth[ground] = 0;
-  std::queue<int> pending({ground});
+  depth[model::ground] = 0;
+  std::queue<int> pending({model::ground});
   for (; !pending.empty(); pending.pop()) {
     const BodyId body = pending.front();
     for (const Joint& joint : mechanism.joints) {
@@ -86,7 +88,7 @@ MatrixX eliminate_column(MatrixX rows, int column) {
         (2 / householder_vector.squaredNorm()) * (householder_vector.transpose() * rows);
     return rows.bottomRows(rows.rows() - 1) - householder_vector.tail(rows.rows() - 1) * projection;
   }
-  rows.row(0).swap(rows.row(max_index(rows.col(column).cwiseAbs())));
+  rows.row(0).swap(rows.row(numerics::max_index(rows.col(column).cwiseAbs())));
   const VectorX multipliers = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
   const MatrixX remaining = rows.bottomRows(rows.rows() - 1) - multipliers * rows.row(0);
   if (remaining.rows() == 0) return remaining;
@@ -103,7 +105,7 @@ std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
     for (const int column : order) {
       if (rows.rows() == 0) return pivots;
       if (is_pivot[static_cast<std::size_t>(column)]) continue;
-      if (!(max_abs(rows.col(column)) > threshold)) continue;
+      if (!(numerics::max_abs(rows.col(column)) > threshold)) continue;
       is_pivot[static_cast<std::size_t>(column)] = true;
       pivots.push_back(column);
       rows = eliminate_column(std::move(rows), column);
@@ -122,13 +124,13 @@ void compute_echelon_form(MatrixX& rows, const std::vector<int>& pivots) {
 
 }  // namespace
 
-std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<dynamics::Parameter>& parameters) {
   const std::vector<int> depth = joint_depths(mechanism);
   std::vector<int> order(parameters.size());
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](int p) {
-    const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
-    const bool is_body = parameter.owner_kind == ParameterOwner::body;
+    const dynamics::Parameter& parameter = parameters[static_cast<std::size_t>(p)];
+    const bool is_body = parameter.owner_kind == dynamics::ParameterOwner::body;
     return std::tuple(pivot_priority(parameter.kind), parameter.owner_kind,
                       is_body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
   };
@@ -139,14 +141,14 @@ std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Para
 MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters) {
   const Eigen::Index extra = rows.cols() - parameters;
   if (extra == 0 || rows.rows() == 0) return rows;
-  ColumnPivotingQr qr(rows.rightCols(extra));
+  numerics::ColumnPivotingQr qr(rows.rightCols(extra));
   qr.setThreshold(1e-9);
   MatrixX rotated = rows.leftCols(parameters);
-  const double magnitude = max_abs(rotated);
+  const double magnitude = numerics::max_abs(rotated);
   rotated.applyOnTheLeft(qr.householderQ().adjoint());
   MatrixX reduced = rotated.bottomRows(rows.rows() - qr.rank());
   // On a single link, tool and CoM move together whatever the parameters: round-off is not a condition.
-  if (max_abs(reduced) < elimination_tolerance * magnitude) reduced.setZero();
+  if (numerics::max_abs(reduced) < elimination_tolerance * magnitude) reduced.setZero();
   return reduced;
 }
 
@@ -158,7 +160,7 @@ bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, c
   conditions.row_scales.resize(0);
   conditions.pivots.clear();
   conditions.singular_value_gap = 1 / std::numeric_limits<double>::epsilon();
-  if (max_abs(rows) == 0) return true;
+  if (numerics::max_abs(rows) == 0) return true;
   if (!rows.allFinite()) return false;
 
   MatrixX compact = rows;
@@ -166,7 +168,7 @@ bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, c
     const Eigen::HouseholderQR<MatrixX> qr(rows);
     compact = qr.matrixQR().topRows(P).template triangularView<Eigen::Upper>();
   }
-  const RightSingularVectors svd = compute_right_singular_vectors(compact);
+  const numerics::RightSingularVectors svd = numerics::compute_right_singular_vectors(compact);
   const int rank = find_rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
   if (rank < 0 || !svd.values.allFinite() || !svd.vectors.allFinite()) return false;
 
@@ -178,7 +180,7 @@ bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, c
   conditions.matrix.resize(rank, P);
   conditions.row_scales.resize(rank);
   for (Eigen::Index r = 0; r < rank; ++r) {
-    const double largest = max_abs(reduced.row(r));
+    const double largest = numerics::max_abs(reduced.row(r));
     for (Eigen::Index p = 0; p < P; ++p)
       if (std::abs(reduced(r, p)) < row_entry_tolerance * largest) reduced(r, p) = 0;
     const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
@@ -189,4 +191,4 @@ bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, c
   return true;
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

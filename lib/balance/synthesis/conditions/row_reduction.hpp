@@ -4,11 +4,11 @@
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
-namespace balance {
+namespace balance::conditions {
 
 /// Order of preference of the parameters for which conditions are solved: first moments and inertias, then masses,
 /// springs and known terms; bodies before the elements on them, those near the ground first.
-std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
+std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<dynamics::Parameter>& parameters);
 
 /// Rows in π alone that vanish if and only if some value of the extra unknowns, the columns after π, makes all rows
 /// vanish.
@@ -22,4 +22,4 @@ MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters);
 bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
                        Conditions& conditions);
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -9,7 +9,9 @@
 #include <optional>
 #include <set>
 
-namespace balance {
+namespace balance::conditions {
+
+using expression::Operation;
 
 // Power laws of expressions in one number.
 
@@ -27,13 +29,13 @@ class PowerLawAlgebra {
   using Value = PowerLaw;
 
   /// @param base the node; if it is an input, the caller sets the exponent of that input instead
-  explicit PowerLawAlgebra(const ExpressionNode* base) : base_(base) {}
+  explicit PowerLawAlgebra(const expression::ExpressionNode* base) : base_(base) {}
 
   PowerLaw constant(double value) const { return {true, 0, value}; }
-  PowerLaw apply(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) const;
+  PowerLaw apply(const expression::ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) const;
 
  private:
-  const ExpressionNode* base_;
+  const expression::ExpressionNode* base_;
 };
 
 namespace {
@@ -54,16 +56,18 @@ PowerLaw add_power_laws(const PowerLaw& a, const PowerLaw& b) {
 /// Valid if a does not depend on p: then no function of it does.
 PowerLaw valid_if_independent(const PowerLaw& a) { return {is_independent(a), 0}; }
 
-PowerLaw apply_function(const ExpressionNode& node, const PowerLaw& a) {
-  static const int sqrt_function = find_unary_function("sqrt"), abs_function = find_unary_function("abs"),
-                   sign_function = find_unary_function("sign");
+PowerLaw apply_function(const expression::ExpressionNode& node, const PowerLaw& a) {
+  static const int sqrt_function = expression::find_unary_function("sqrt"),
+                   abs_function = expression::find_unary_function("abs"),
+                   sign_function = expression::find_unary_function("sign");
   if (node.function == sqrt_function) return {a.is_valid, a.exponent / 2};
   if (node.function == abs_function) return a;
   if (node.function == sign_function) return {a.is_valid, 0};
   return valid_if_independent(a);
 }
 
-PowerLaw apply_operation(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) {
+PowerLaw apply_operation(const expression::ExpressionNode& node, const PowerLaw& a, const PowerLaw& b,
+                         const PowerLaw& c) {
   switch (node.operation) {
     case Operation::constant:
     case Operation::input: break;
@@ -93,17 +97,17 @@ PowerLaw apply_operation(const ExpressionNode& node, const PowerLaw& a, const Po
 
 }  // namespace
 
-PowerLaw PowerLawAlgebra::apply(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b,
+PowerLaw PowerLawAlgebra::apply(const expression::ExpressionNode& node, const PowerLaw& a, const PowerLaw& b,
                                 const PowerLaw& c) const {
   PowerLaw result = &node == base_ ? PowerLaw{true, 1} : apply_operation(node, a, b, c);
-  result.value = ScalarAlgebra<double>().apply(node, a.value, b.value, c.value);
+  result.value = expression::ScalarAlgebra<double>().apply(node, a.value, b.value, c.value);
   return result;
 }
 
 namespace {
 
 /// The expression of a geometric number; for gravity, whose magnitude is the number, its nonzero components.
-std::vector<Expression> expressions_of(const Recording& recording, const GeometricParameter& number) {
+std::vector<Expression> expressions_of(const study::Recording& recording, const GeometricParameter& number) {
   const auto& mechanism = recording.mechanism;
   if (number.locations.front().kind != GeometricParameterLocation::Kind::gravity)
     return {geometric_value_at(mechanism, number.locations.front())};
@@ -132,9 +136,9 @@ Dependence find_dependence(const std::vector<Expression>& components, const std:
 }
 
 /// Dependences of all numbers on one parameter.
-std::vector<Dependence> list_dependences(const Recording& recording, const Expression& parameter,
+std::vector<Dependence> list_dependences(const study::Recording& recording, const Expression& parameter,
                                          const std::vector<std::vector<Expression>>& numbers) {
-  const ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
+  const expression::ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
   std::vector<PowerLaw> inputs;
   for (const double value : recording.inputs) inputs.push_back({true, 0, value});
   if (base.operation == Operation::input) inputs[static_cast<std::size_t>(base.input)].exponent = 1;
@@ -149,11 +153,11 @@ using Powers = std::vector<std::pair<std::size_t, int>>;
 
 class SymbolNamer {
  public:
-  SymbolNamer(const Study& study, const Recording& recording)
+  SymbolNamer(const Study& study, const study::Recording& recording)
       : length_(study.mechanism.units.length), numbers_(list_geometric_parameters(study.mechanism)) {
     std::vector<std::vector<Expression>> expressions;
     for (const GeometricParameter& number : numbers_) expressions.push_back(expressions_of(recording, number));
-    for (const NamedExpression& p : recording.parameters) {
+    for (const study::NamedExpression& p : recording.parameters) {
       if (p.value.value() == 0) continue;
       parameters_.push_back(p);
       dependences_.push_back(list_dependences(recording, p.value, expressions));
@@ -228,14 +232,14 @@ class SymbolNamer {
   }
 
   GeometricSymbol standalone_symbol(const GeometricParameter& number) const {
-    const auto has_same_label = [&](const NamedExpression& p) { return p.name == number.label; };
+    const auto has_same_label = [&](const study::NamedExpression& p) { return p.name == number.label; };
     const auto& all = parameters_;
     const bool is_ambiguous = std::any_of(all.begin(), all.end(), has_same_label);
     return {is_ambiguous ? "gravity" : number.label, number.unit, number.value, {{number, 1}}};
   }
 
-  double length_;                            ///< the spec's unit of length [m]
-  std::vector<NamedExpression> parameters_;  ///< all nonzero
+  double length_;                                   ///< the spec's unit of length [m]
+  std::vector<study::NamedExpression> parameters_;  ///< all nonzero
   std::vector<GeometricParameter> numbers_;
   std::vector<std::vector<Dependence>> dependences_;  ///< per parameter
 };
@@ -247,4 +251,4 @@ std::vector<GeometricSymbol> list_symbols(const DesignSpace& space) {
                          : list_geometric_symbols(space.start.mechanism);
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -10,7 +10,9 @@
 #include <cmath>
 #include <optional>
 
-namespace balance {
+namespace balance::conditions {
+
+using dynamics::ParameterOwner;
 
 namespace {
 
@@ -29,7 +31,7 @@ bool is_unbalanceable_row(const Conditions& conditions, int row) {
   bool known = false;
   for (Eigen::Index p = 0; p < conditions.matrix.cols(); ++p) {
     if (conditions.matrix(row, p) == 0) continue;
-    const Parameter& term = conditions.parameters[static_cast<std::size_t>(p)];
+    const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(p)];
     known = known || is_known_term(term);
     if (is_known_term(term)) continue;
     if (term.owner_kind != ParameterOwner::spring || (spring >= 0 && spring != term.index)) return false;
@@ -57,7 +59,8 @@ struct TermAmounts {
   MatrixX histories;              ///< changes: a column of zeros, then one for every time
 
   VectorX peak_efforts(const EffortRows& rows, const VectorX& constant) const {
-    return row_maxima(((rows.changing * histories).colwise() + rows.constant * constant).cwiseAbs()).cwiseMax(0);
+    return numerics::row_maxima(((rows.changing * histories).colwise() + rows.constant * constant).cwiseAbs())
+        .cwiseMax(0);
   }
 };
 
@@ -66,7 +69,7 @@ class StaticEffortSearch {
  public:
   StaticEffortSearch(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : units_(mechanism, conditions.parameters),
-        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
         scale_(column_scale(tree_)),
         histories_(load_histories(mechanism)) {
     ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
@@ -91,7 +94,7 @@ class StaticEffortSearch {
     const auto n = static_cast<Eigen::Index>(actuators_.size());
     if (n == 0 || poses_.empty()) return {};
     const TermAmounts amounts = compute_amounts(conditions, remainder, values);
-    const double effort_scale = max_abs(amounts.peak_efforts(efforts_, amounts.element_only));
+    const double effort_scale = numerics::max_abs(amounts.peak_efforts(efforts_, amounts.element_only));
     const VectorX efforts = amounts.peak_efforts(efforts_, amounts.with_balancing_masses);
     std::vector<PeakEffort> peaks;
     if (!std::isfinite(effort_scale) || !efforts.allFinite()) {
@@ -117,7 +120,7 @@ class StaticEffortSearch {
     const Eigen::Index terms = efforts_.constant.cols();
     TermAmounts amounts{VectorX::Zero(terms), {}, MatrixX::Zero(terms, 1 + histories_.rows())};
     for (const int t : remainder.terms) {
-      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+      const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
       if (is_load_change(term))
         amounts.histories.row(t).tail(histories_.rows()) =
             histories_.col(load_component(term, S::dimension == 2)).transpose() / units_.parameter[t];
@@ -154,7 +157,7 @@ class StaticEffortSearch {
   /// Climbs from a pose to the maximum effort around it, by parabolas along one freedom after the other.
   double maximise(const TermAmounts& amounts, Eigen::Index actuator, VectorX y, double max_effort) {
     if (!tree_.spherical_joints.empty()) return max_effort;  // reference orientations may have changed since
-    ConstraintSystem<S> closures(tree_, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(tree_, kinematics::Drive<S>{});
     SampledConfiguration configuration;
     EffortRows rows;
     const auto effort_at = [&](const VectorX& pose) {  // negative if the pose is impossible
@@ -188,7 +191,7 @@ class StaticEffortSearch {
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) actuators_.push_back(static_cast<int>(c));
     selection_ = MatrixX::Zero(static_cast<Eigen::Index>(actuators_.size()), tree_.columns);
     for (std::size_t a = 0; a < actuators_.size(); ++a) {
-      const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(actuators_[a])];
+      const kinematics::LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(actuators_[a])];
       is_length_.push_back(source.is_length);
       for (const auto& [column, ratio] : source.terms)
         selection_(static_cast<Eigen::Index>(a), column) =
@@ -200,7 +203,7 @@ class StaticEffortSearch {
   bool actuated_basis(const MatrixX& null_space, double min_singular_value, MatrixX& directions) const {
     const MatrixX actuator_jacobian = selection_ * null_space;
     if (actuator_jacobian.rows() < actuator_jacobian.cols() || actuator_jacobian.rows() == 0) return false;
-    const SingularValueDecomposition svd(actuator_jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const numerics::SingularValueDecomposition svd(actuator_jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
     if (actuator_jacobian.cols() > 0 && svd.singularValues().tail(1)[0] < min_singular_value) return false;
     directions =
         null_space * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
@@ -214,7 +217,7 @@ class StaticEffortSearch {
   }
 
   NaturalUnits units_;
-  Tree<S> tree_;
+  kinematics::Tree<S> tree_;
   VectorX scale_;
   MatrixX histories_;  ///< changes of all loads' components at all times
   std::vector<CoordinateId> actuators_;
@@ -242,7 +245,7 @@ std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& 
   for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
     if (!(std::abs(residuals[row]) > tolerance) || !is_unbalanceable_row(conditions, row)) continue;
     for (int t = 0; t < static_cast<int>(conditions.parameters.size()); ++t) {
-      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+      const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
       if (conditions.matrix(row, t) == 0 || values[t] == 0) continue;
       auto element = std::find_if(elements.begin(), elements.end(), [&](const UnbalanceableElement& r) {
         return r.bearer == term.owner_kind && r.index == term.index;
@@ -267,7 +270,7 @@ std::string unbalanceable_element_text(const UnbalanceableElement& remainder, co
                                        const VectorX& values) {
   std::string constant, changing;
   for (const int t : remainder.terms) {
-    const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+    const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
     const std::string number = fmt::format("{:.6g} {}", values[t], unit_of(term));
     if (is_load_change(term)) {
       changing += (changing.empty() ? "" : ", ") +
@@ -276,10 +279,10 @@ std::string unbalanceable_element_text(const UnbalanceableElement& remainder, co
     }
     constant += constant.empty() ? "" : ", ";
     if (term.owner_kind == ParameterOwner::friction)
-      constant += number + (term.kind == ParameterKind::viscous ? " viscous"
-                            : term.symbol == coulomb_forward    ? " dry forwards"
-                            : term.symbol == coulomb_backward   ? " dry backwards"
-                                                                : " dry");
+      constant += number + (term.kind == dynamics::ParameterKind::viscous ? " viscous"
+                            : term.symbol == coulomb_forward              ? " dry forwards"
+                            : term.symbol == coulomb_backward             ? " dry backwards"
+                                                                          : " dry");
     else
       constant += term.symbol + " = " + number;
   }
@@ -296,8 +299,8 @@ std::vector<PeakEffort> find_peak_static_efforts(const Mechanism& mechanism, con
                                                  const UnbalanceableElement& remainder,
                                                  const ConditionOptions& options) {
   if (remainder.bearer == ParameterOwner::friction) return {};
-  return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return find_static_efforts<S>(mechanism, conditions, remainder, options); });
+  return kinematics::dispatch_space(
+      mechanism.space, [&]<class S>(S) { return find_static_efforts<S>(mechanism, conditions, remainder, options); });
 }
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::conditions {
 
 /// One element that remains unbalanced, and why.
 struct UnbalanceableElement {
-  ParameterOwner bearer = ParameterOwner::load;  ///< load, friction or spring
-  int index = 0;                                 ///< in the mechanism's list
-  std::string name;                              ///< "push"; for friction, the joint coordinate
-  std::vector<int> terms;                        ///< columns of the conditions that remain
-  std::vector<int> rows;                         ///< rows of the conditions that show this
+  dynamics::ParameterOwner bearer = dynamics::ParameterOwner::load;  ///< load, friction or spring
+  int index = 0;                                                     ///< in the mechanism's list
+  std::string name;                                                  ///< "push"; for friction, the joint coordinate
+  std::vector<int> terms;                                            ///< columns of the conditions that remain
+  std::vector<int> rows;                                             ///< rows of the conditions that show this
 };
 
 /// Elements whose terms occur in violated conditions without any inertial parameter, in the mechanism's order.
@@ -41,4 +41,4 @@ std::vector<PeakEffort> find_peak_static_efforts(const Mechanism& mechanism, con
                                                  const UnbalanceableElement& remainder,
                                                  const ConditionOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::conditions

@@ -11,22 +11,20 @@
 #include <map>
 #include <numeric>
 
-namespace balance {
-
-namespace design {
+namespace balance::design {
 
 namespace {
 
 /// A a + Σ b_m m(p) = 0 with monomials m of the load variables p, all in unit coordinates.
 struct SeparatedConditions {
-  MatrixX matrix;                      ///< A: conditions × adapted variables
-  std::map<Monomial, VectorX> loaded;  ///< b
+  MatrixX matrix;                                ///< A: conditions × adapted variables
+  std::map<numerics::Monomial, VectorX> loaded;  ///< b
 };
 
 /// @return std::nullopt if an adapted variable occurs in a product
-std::optional<SeparatedConditions> separate_conditions(const SparsePolynomial& rows, int adapted) {
+std::optional<SeparatedConditions> separate_conditions(const numerics::SparsePolynomial& rows, int adapted) {
   SeparatedConditions conditions{MatrixX::Zero(rows.outputs(), adapted), {}};
-  for (const SparsePolynomial::Term& term : rows.terms()) {
+  for (const numerics::SparsePolynomial::Term& term : rows.terms()) {
     const bool is_adapted = !term.monomial.empty() && term.monomial.front().first < adapted;
     if (is_adapted && (term.monomial.size() > 1 || term.monomial.front().second > 1)) return std::nullopt;
     VectorX* column = nullptr;
@@ -41,13 +39,13 @@ std::optional<SeparatedConditions> separate_conditions(const SparsePolynomial& r
 }
 
 /// The adapted variables as polynomials of the load variables, both in unit coordinates.
-std::optional<SparsePolynomial> solve_adapted_variables(const SeparatedConditions& conditions, const VectorX& anchor,
-                                                        int variables) {
+std::optional<numerics::SparsePolynomial> solve_adapted_variables(const SeparatedConditions& conditions,
+                                                                  const VectorX& anchor, int variables) {
   const Eigen::Index n = conditions.matrix.cols();
   MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), null_space_projector = MatrixX::Identity(n, n);
   if (conditions.matrix.size() > 0) {
     constexpr double adaptive_rank_tolerance = 1e-10;  // relative to the largest singular value
-    SingularValueDecomposition svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    numerics::SingularValueDecomposition svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
     svd.setThreshold(adaptive_rank_tolerance);
     const Eigen::Index rank = svd.rank();
     const MatrixX v = svd.matrixV().leftCols(rank);
@@ -55,13 +53,13 @@ std::optional<SparsePolynomial> solve_adapted_variables(const SeparatedCondition
         v * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * svd.matrixU().leftCols(rank).transpose();
     null_space_projector -= v * v.transpose();
   }
-  PolynomialBuilder collector(static_cast<int>(n));
+  numerics::PolynomialBuilder collector(static_cast<int>(n));
   const VectorX undetermined = null_space_projector * anchor;
   for (int i = 0; i < n; ++i) collector.add({}, i, undetermined[i]);
   for (const auto& [monomial, rhs] : conditions.loaded) {
     VectorX solution = -inverse * rhs;
     solution -= inverse * (conditions.matrix * solution + rhs);
-    if (max_abs(conditions.matrix * solution + rhs) > condition_tolerance) return std::nullopt;
+    if (numerics::max_abs(conditions.matrix * solution + rhs) > condition_tolerance) return std::nullopt;
     for (int i = 0; i < n; ++i) collector.add(monomial, i, solution[i]);
   }
   return collector.build(variables, 1e-12);
@@ -74,15 +72,15 @@ double round_to_significant_digits(double value, double size) {
   return scale > 1 && std::isfinite(scale) ? std::round(value * scale) / scale : value;
 }
 
-AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& scaling, int adapted) {
-  const SparsePolynomial loads = units.substitute(scaling.centre(), scaling.half_width());
+AdaptiveLaw to_si_law(const numerics::SparsePolynomial& units, const VariableScaling& scaling, int adapted) {
+  const numerics::SparsePolynomial loads = units.substitute(scaling.centre(), scaling.half_width());
   AdaptiveLaw law;
   const Eigen::Index count = scaling.size() - adapted;
   law.terms.push_back({std::vector<int>(static_cast<std::size_t>(count), 0), scaling.centre().head(adapted)});
   const auto degree = [](const AdaptiveLaw::Term& term) {
     return std::accumulate(term.powers.begin(), term.powers.end(), 0);
   };
-  for (const SparsePolynomial::Term& term : loads.terms()) {
+  for (const numerics::SparsePolynomial::Term& term : loads.terms()) {
     AdaptiveLaw::Term next{std::vector<int>(static_cast<std::size_t>(count), 0), VectorX::Zero(adapted)};
     for (const auto& [variable, power] : term.monomial)
       next.powers[static_cast<std::size_t>(variable - adapted)] = power;
@@ -112,8 +110,6 @@ AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& scal
 }
 
 }  // namespace
-
-}  // namespace design
 
 VectorX AdaptiveLaw::evaluate(const VectorX& loads) const {
   VectorX values = VectorX::Zero(terms.front().coefficients.size());
@@ -146,8 +142,8 @@ bool AdaptiveLaw::is_affine(Eigen::Index i) const {
 }
 
 std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const VectorX& anchor) {
-  design::SearchBudget budget(problem.search.max_time);
-  const design::SolverContext context(problem, budget);
+  SearchBudget budget(problem.search.max_time);
+  const SolverContext context(problem, budget);
   const int adapted = static_cast<int>(anchor.size());
   if (context.classification.has_geometric() || !context.features.polynomial()) return std::nullopt;
   const Conditions conditions = context.conditions_at(context.scaling.start());
@@ -156,13 +152,13 @@ std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const
   MatrixX rows = MatrixX::Zero(row_count, context.features.feature_count());
   rows.leftCols(conditions.matrix.cols()) =
       conditions.row_scales.head(row_count).cwiseInverse().asDiagonal() * conditions.matrix.topRows(row_count);
-  const auto separated = design::separate_conditions(context.features.polynomial()->combine(rows), adapted);
+  const auto separated = separate_conditions(context.features.polynomial()->combine(rows), adapted);
   if (!separated) return std::nullopt;
-  const design::VariableScaling& scaling = context.scaling;
+  const VariableScaling& scaling = context.scaling;
   const VectorX unit = (anchor - scaling.centre().head(adapted)).cwiseQuotient(scaling.half_width().head(adapted));
-  const auto units = design::solve_adapted_variables(*separated, unit, scaling.size());
+  const auto units = solve_adapted_variables(*separated, unit, scaling.size());
   if (!units) return std::nullopt;
-  return design::to_si_law(*units, scaling, adapted);
+  return to_si_law(*units, scaling, adapted);
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// a(p), polynomials of the load variables p.
 struct AdaptiveLaw {
@@ -32,4 +32,4 @@ struct AdaptiveLaw {
 /// Source: P0 section 3.2, eq. 95; docs/theory.md section 6.
 std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const VectorX& anchor);
 
-}  // namespace balance
+}  // namespace balance::design

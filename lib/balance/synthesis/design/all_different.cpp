@@ -17,7 +17,7 @@ bool contains_variable(const std::vector<int>& variables, int variable) {
 }  // namespace
 
 AllDifferent::AllDifferent(const DesignProblem& problem) : problem_(problem) {
-  for (const DifferentNumbers& different : problem.all_different) {
+  for (const study::DifferentNumbers& different : problem.all_different) {
     Group group{different.numbers, different.taken, 0, {}, true};
     std::vector<std::vector<double>> domains;
     for (const int i : group.variables) {
@@ -25,8 +25,8 @@ AllDifferent::AllDifferent(const DesignProblem& problem) : problem_(problem) {
       for (const double size : domains.back()) group.scale = std::max(group.scale, std::abs(size));
     }
     for (std::vector<double>& domain : domains)
-      std::erase_if(domain, [&](double size) { return is_taken(group.taken, size, group.scale); });
-    group.sizes = merge_sizes(domains, group.scale);
+      std::erase_if(domain, [&](double size) { return study::is_taken(group.taken, size, group.scale); });
+    group.sizes = study::merge_sizes(domains, group.scale);
     group.is_uniform = std::all_of(domains.begin(), domains.end(), [&](const std::vector<double>& domain) {
       return domain.size() == group.sizes.size();
     });
@@ -46,10 +46,10 @@ bool AllDifferent::contains(int variable) const {
 bool AllDifferent::is_violated_by(int variable, const VectorX& x, const std::vector<bool>& is_set) const {
   for (const Group& group : groups_) {
     if (!contains_variable(group.variables, variable)) continue;
-    if (is_taken(group.taken, x[variable], group.scale)) return true;
+    if (study::is_taken(group.taken, x[variable], group.scale)) return true;
     for (const int other : group.variables)
       if (other != variable && is_set[static_cast<std::size_t>(other)] &&
-          is_same_size(x[other], x[variable], group.scale))
+          study::is_same_size(x[other], x[variable], group.scale))
         return true;
   }
   return false;
@@ -68,7 +68,7 @@ std::vector<int> AllDifferent::find_equal(int variable, const VectorX& x) const 
   for (const Group& group : groups_) {
     if (!contains_variable(group.variables, variable)) continue;
     for (const int other : group.variables)
-      if (other != variable && is_same_size(x[other], x[variable], group.scale)) equal.push_back(other);
+      if (other != variable && study::is_same_size(x[other], x[variable], group.scale)) equal.push_back(other);
   }
   return equal;
 }
@@ -79,9 +79,9 @@ bool AllDifferent::can_complete(const VectorX& x, const std::vector<bool>& is_se
     std::vector<std::vector<double>> domains;
     for (const int i : group.variables) {
       domains.push_back(is_set[static_cast<std::size_t>(i)] ? std::vector<double>{x[i]} : sizes_of(i));
-      std::erase_if(domains.back(), [&](double size) { return is_taken(group.taken, size, group.scale); });
+      std::erase_if(domains.back(), [&](double size) { return study::is_taken(group.taken, size, group.scale); });
     }
-    if (!find_scarce_domains(domains, group.scale).empty()) return false;
+    if (!study::find_scarce_domains(domains, group.scale).empty()) return false;
   }
   return true;
 }
@@ -93,10 +93,10 @@ bool AllDifferent::propagate(VectorX& lower, VectorX& upper, const std::vector<b
       if (!is_active[static_cast<std::size_t>(i)]) continue;
       std::vector<double> domain;
       for (const double size : sizes_of(i)) {
-        if (size < lower[i] || size > upper[i] || is_taken(group.taken, size, group.scale)) continue;
+        if (size < lower[i] || size > upper[i] || study::is_taken(group.taken, size, group.scale)) continue;
         const bool is_fixed_elsewhere = std::any_of(group.variables.begin(), group.variables.end(), [&](int other) {
           return other != i && is_active[static_cast<std::size_t>(other)] && lower[other] == upper[other] &&
-                 is_same_size(lower[other], size, group.scale);
+                 study::is_same_size(lower[other], size, group.scale);
         });
         if (!is_fixed_elsewhere) domain.push_back(size);
       }
@@ -105,7 +105,7 @@ bool AllDifferent::propagate(VectorX& lower, VectorX& upper, const std::vector<b
       upper[i] = domain.back();
       domains.push_back(std::move(domain));
     }
-    if (!find_scarce_domains(domains, group.scale).empty()) return false;
+    if (!study::find_scarce_domains(domains, group.scale).empty()) return false;
   }
   return true;
 }

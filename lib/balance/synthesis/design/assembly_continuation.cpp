@@ -20,7 +20,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -39,7 +39,7 @@ constexpr std::size_t max_known_configurations = 400, max_tried_starts = 3;
 /// Marks the inputs of a recording that some of its expressions depend on.
 class InputDependence {
  public:
-  explicit InputDependence(const Recording& recording)
+  explicit InputDependence(const study::Recording& recording)
       : recording_(recording), is_needed_(recording.graph.nodes().size(), false) {}
 
   void add(const Expression& expression) {
@@ -49,7 +49,7 @@ class InputDependence {
   /// In ascending order.
   std::vector<std::size_t> inputs() {
     std::vector<bool> is_input_needed(recording_.inputs.size(), false);
-    const std::vector<ExpressionNode>& nodes = recording_.graph.nodes();
+    const std::vector<expression::ExpressionNode>& nodes = recording_.graph.nodes();
     for (std::size_t k = nodes.size(); k-- > 0;) {  // arguments come before the nodes that use them
       if (!is_needed_[k]) continue;
       if (nodes[k].input >= 0) is_input_needed[static_cast<std::size_t>(nodes[k].input)] = true;
@@ -63,21 +63,22 @@ class InputDependence {
   }
 
  private:
-  const Recording& recording_;
+  const study::Recording& recording_;
   std::vector<bool> is_needed_;
 };
 
 /// The inputs of lengths, ratios and motions: masses and stiffnesses do not change the configuration of a start pose,
 /// unless it is given by the centre of mass.
-std::vector<std::size_t> list_pose_inputs(const Recording& recording, const Trajectory& first_trajectory) {
+std::vector<std::size_t> list_pose_inputs(const study::Recording& recording, const Trajectory& first_trajectory) {
   InputDependence dependence(recording);
   const auto add = [&](const Expression& expression) {
     dependence.add(expression);
     return 0.0;
   };
-  convert_mechanism<double>(
+  model::convert_mechanism<double>(
       is_mass_dependent(first_trajectory) ? recording.mechanism : without_masses(recording.mechanism), add);
-  for (const TrajectoryOf<Expression>& trajectory : recording.trajectories) cast_scalar<double>(trajectory, add);
+  for (const TrajectoryOf<Expression>& trajectory : recording.trajectories)
+    trajectory::cast_scalar<double>(trajectory, add);
   return dependence.inputs();
 }
 
@@ -91,7 +92,7 @@ struct KnownConfiguration {
 };
 
 template <class S>
-class AssemblyContinuation final : public AssemblyModeSelector {
+class AssemblyContinuation final : public study::AssemblyModeSelector {
  public:
   explicit AssemblyContinuation(const DesignSpace& space)
       : recording_(space.recording),
@@ -115,9 +116,9 @@ class AssemblyContinuation final : public AssemblyModeSelector {
     Mechanism mechanism = start.mechanism;
     {
       const Pose pose(mechanism, start.trajectories.front());
-      if (pose.tree.closure_rows == 0 || pose.tree.columns > max_dense_columns) return false;
-      ConstraintSystem<S> system(pose.tree, pose.equations.drive);
-      const AssemblySolution solution = solve_pose(mechanism, pose.tree, system, pose.equations.target);
+      if (pose.tree.closure_rows == 0 || pose.tree.columns > numerics::max_dense_columns) return false;
+      kinematics::ConstraintSystem<S> system(pose.tree, pose.equations.drive);
+      const kinematics::AssemblySolution solution = solve_pose(mechanism, pose.tree, system, pose.equations.target);
       if (!solution.found || !is_determinate(system, solution.y, pose.equations.target)) return false;
       first.y = solution.y;
       first.orientation = orientation(system, first.y, pose.equations.target);
@@ -130,7 +131,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
     return true;
   }
 
-  void select(const std::vector<double>& inputs, DesignInstance& instance) const override {
+  void select(const std::vector<double>& inputs, study::DesignInstance& instance) const override {
     const KnownConfiguration& known = find(inputs, instance);
     if (known.is_assembled)
       instance.mechanism.assembly = known.coordinates;
@@ -142,14 +143,14 @@ class AssemblyContinuation final : public AssemblyModeSelector {
   /// The equations of the start pose.
   struct Pose {
     Pose(const Mechanism& mechanism, const Trajectory& trajectory)
-        : tree(compile_tree<S>(mechanism, prescribed_coordinates(trajectory))),
+        : tree(kinematics::compile_tree<S>(mechanism, prescribed_coordinates(trajectory))),
           equations(make_pose_equations(mechanism, tree, trajectory.from)) {}
 
-    Tree<S> tree;
-    PoseEquations<S> equations;
+    kinematics::Tree<S> tree;
+    kinematics::PoseEquations<S> equations;
   };
 
-  static std::vector<CoordinateValue> coordinates_of(const Mechanism& mechanism, const Tree<S>& tree,
+  static std::vector<CoordinateValue> coordinates_of(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
                                                      const VectorX& y) {
     const std::vector<double> values = compute_coordinates(mechanism, tree, y);
     std::vector<CoordinateValue> coordinates;
@@ -160,15 +161,15 @@ class AssemblyContinuation final : public AssemblyModeSelector {
   /// Whether a trajectory begins in the same configuration with both assembly values.
   static bool has_same_mode(const Mechanism& a, const Mechanism& b, const Trajectory& trajectory) {
     const Pose pose(a, trajectory);
-    ConstraintSystem<S> system(pose.tree, pose.equations.drive);
-    const AssemblySolution p = solve_pose(a, pose.tree, system, pose.equations.target);
-    const AssemblySolution q = solve_pose(b, pose.tree, system, pose.equations.target);
+    kinematics::ConstraintSystem<S> system(pose.tree, pose.equations.drive);
+    const kinematics::AssemblySolution p = solve_pose(a, pose.tree, system, pose.equations.target);
+    const kinematics::AssemblySolution q = solve_pose(b, pose.tree, system, pose.equations.target);
     if (!p.found || !q.found) return p.found == q.found;
     constexpr double mode_tolerance = 1e-6;
     const std::vector<CoordinateValue> u = coordinates_of(a, pose.tree, p.y), v = coordinates_of(a, pose.tree, q.y);
     for (std::size_t c = 0; c < u.size(); ++c) {
       const bool is_angle = a.coordinates[c].kind == CoordinateKind::angle;
-      const double deviation = is_angle ? unwrap_angle(u[c].value, v[c].value) - v[c].value
+      const double deviation = is_angle ? kinematics::unwrap_angle(u[c].value, v[c].value) - v[c].value
                                         : (u[c].value - v[c].value) / pose.tree.characteristic_length;
       if (std::abs(deviation) > mode_tolerance) return false;
     }
@@ -176,15 +177,17 @@ class AssemblyContinuation final : public AssemblyModeSelector {
   }
 
   /// Whether the pose determines all coordinates near y.
-  static bool is_determinate(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& target) {
+  static bool is_determinate(kinematics::ConstraintSystem<S>& system, const VectorX& y,
+                             const trajectory::DriveSample& target) {
     VectorX residual;
     MatrixX jacobian;
     system.evaluate(y, target, residual, jacobian);
-    return decompose_rank(jacobian).rank == system.columns();
+    return kinematics::decompose_rank(jacobian).rank == system.columns();
   }
 
   /// Sign of the Jacobian's determinant, which changes only at singular configurations; 0 if it is not square.
-  static int orientation(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& target) {
+  static int orientation(kinematics::ConstraintSystem<S>& system, const VectorX& y,
+                         const trajectory::DriveSample& target) {
     VectorX residual;
     MatrixX jacobian;
     system.evaluate(y, target, residual, jacobian);
@@ -205,7 +208,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
     return is_equal ? 0 : std::max(sum, std::numeric_limits<double>::min());
   }
 
-  const KnownConfiguration& find(const std::vector<double>& inputs, const DesignInstance& instance) const {
+  const KnownConfiguration& find(const std::vector<double>& inputs, const study::DesignInstance& instance) const {
     std::vector<std::pair<double, std::size_t>> starts;
     for (std::size_t k = 0; k < known_.size(); ++k) {
       const double separation = distance(known_[k].inputs, inputs);
@@ -227,7 +230,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
   }
 
   /// Moves all numbers along the straight line from those of a known configuration to those of the result.
-  bool follow(const KnownConfiguration& from, const DesignInstance& instance, KnownConfiguration& result) const {
+  bool follow(const KnownConfiguration& from, const study::DesignInstance& instance, KnownConfiguration& result) const {
     VectorX y = from.y;
     double done = 0, fraction = 1;
     for (int step = 0; step < max_steps && fraction >= min_fraction; ++step) {
@@ -239,7 +242,7 @@ class AssemblyContinuation final : public AssemblyModeSelector {
         std::vector<double> inputs = result.inputs;
         for (std::size_t i = 0; i < inputs.size(); ++i)
           inputs[i] = from.inputs[i] + next * (result.inputs[i] - from.inputs[i]);
-        const RecordedValues<double> values(*recording_, inputs);
+        const study::RecordedValues<double> values(*recording_, inputs);
         moved = correct(values.mechanism(), values.trajectories().front(), y, from.orientation);
       }
       if (!moved) {
@@ -250,7 +253,8 @@ class AssemblyContinuation final : public AssemblyModeSelector {
       done = next;
       fraction = std::min(2 * fraction, 1 - done);
       if (done < 1) continue;
-      const Tree<S> tree = compile_tree<S>(instance.mechanism, prescribed_coordinates(instance.trajectories.front()));
+      const kinematics::Tree<S> tree =
+          kinematics::compile_tree<S>(instance.mechanism, prescribed_coordinates(instance.trajectories.front()));
       result.coordinates = coordinates_of(instance.mechanism, tree, y);
       result.y = std::move(y);
       result.orientation = from.orientation;
@@ -265,33 +269,33 @@ class AssemblyContinuation final : public AssemblyModeSelector {
                                  int expected_orientation) const {
     const Pose pose(mechanism, trajectory);
     if (pose.tree.columns != from.size()) return std::nullopt;
-    ConstraintSystem<S> system(pose.tree, pose.equations.drive);
-    const DriveSample& target = pose.equations.target;
+    kinematics::ConstraintSystem<S> system(pose.tree, pose.equations.drive);
+    const trajectory::DriveSample& target = pose.equations.target;
     const VectorX scale = column_scale(pose.tree);
     VectorX y = from, residual;
     MatrixX jacobian;
-    CompleteOrthogonalDecomposition qr;
+    numerics::CompleteOrthogonalDecomposition qr;
     qr.setThreshold(1e-9);
     double previous = max_corrector_step / max_contraction;
     for (int iteration = 0; iteration < 2; ++iteration) {
       system.evaluate(y, target, residual, jacobian);
       if (!residual.allFinite() || !jacobian.allFinite()) return std::nullopt;
       const VectorX step = qr.compute(jacobian).solve(residual);
-      const double size = max_abs(step);
+      const double size = numerics::max_abs(step);
       if (iteration == 0 && size <= round_off_step) return from;  // only masses differ
       if (!(size <= std::max(max_contraction * previous, negligible_step))) return std::nullopt;
       y -= scale.cwiseProduct(step);
       previous = size;
     }
-    const AssemblySolution closed = solve_assembly(system, y, target, 20);
+    const kinematics::AssemblySolution closed = solve_assembly(system, y, target, 20);
     if (!closed.found) return std::nullopt;
-    const double correction = max_abs((closed.y - y).cwiseQuotient(scale));
+    const double correction = numerics::max_abs((closed.y - y).cwiseQuotient(scale));
     if (!(correction <= std::max(previous, negligible_step))) return std::nullopt;
     if (expected_orientation != 0 && orientation(system, closed.y, target) != expected_orientation) return std::nullopt;
     return closed.y;
   }
 
-  std::shared_ptr<const Recording> recording_;
+  std::shared_ptr<const study::Recording> recording_;
   std::vector<std::size_t> pose_inputs_;
   std::vector<double> scale_;  ///< per input, for distances
   std::vector<double> start_inputs_;
@@ -302,10 +306,10 @@ class AssemblyContinuation final : public AssemblyModeSelector {
 /// Whether some free number changes lengths, ratios, or the start pose of the first trajectory.
 bool has_variable_geometry(const DesignSpace& space) {
   const VectorX start = space.start_values();
-  const VectorX lengths = design::collect_geometry(space.start.mechanism, {});
-  const auto pose_of = [](const DesignInstance& instance) {
+  const VectorX lengths = collect_geometry(space.start.mechanism, {});
+  const auto pose_of = [](const study::DesignInstance& instance) {
     std::vector<double> values;
-    const PoseTarget& from = instance.trajectories.front().from;
+    const trajectory::PoseTarget& from = instance.trajectories.front().from;
     for (const CoordinateValue& one : from.joints) values.push_back(one.value);
     if (from.tool) values.insert(values.end(), from.tool->begin(), from.tool->end());
     if (from.angle) values.push_back(*from.angle);
@@ -320,9 +324,8 @@ bool has_variable_geometry(const DesignSpace& space) {
     VectorX x = start;
     x[k] = start[k] - number.lower > number.upper - start[k] ? (start[k] + number.lower) / 2
                                                              : (start[k] + number.upper) / 2;
-    const DesignInstance changed = space.instantiate(x);
-    if (!design::is_equal_to_rounding(design::collect_geometry(changed.mechanism, {}), lengths) ||
-        pose_of(changed) != start_pose)
+    const study::DesignInstance changed = space.instantiate(x);
+    if (!is_equal_to_rounding(collect_geometry(changed.mechanism, {}), lengths) || pose_of(changed) != start_pose)
       return true;
   }
   return false;
@@ -334,7 +337,7 @@ DesignSpace follow_assembly_mode(DesignSpace space) {
   if (space.assembly_mode || space.start.trajectories.empty() || !space.recording) return space;
   try {
     if (!has_variable_geometry(space)) return space;
-    dispatch_space(space.start.mechanism.space, [&]<class S>(S) {
+    kinematics::dispatch_space(space.start.mechanism.space, [&]<class S>(S) {
       auto mode = std::make_shared<AssemblyContinuation<S>>(space);
       if (mode->begin(space.start)) space.assembly_mode = std::move(mode);
     });
@@ -346,4 +349,4 @@ DesignSpace follow_assembly_mode(DesignSpace space) {
   return space;
 }
 
-}  // namespace balance
+}  // namespace balance::design

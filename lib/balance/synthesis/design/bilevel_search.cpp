@@ -113,15 +113,17 @@ class BilevelSearch {
   /// Marks the terms that occur in a condition or in the figure.
   std::optional<std::vector<bool>> find_active_parameters() const {
     const Mechanism mechanism = context_.mechanism(anchor_);
-    std::vector<bool> is_active_parameter(list_terms(mechanism, context_.options.loose_springs).size(), false);
+    std::vector<bool> is_active_parameter(conditions::list_terms(mechanism, context_.options.loose_springs).size(),
+                                          false);
     if (has_conditions_) {
       MatrixX rows;
       try {
-        if (!GoalResidual(mechanism, context_.problem.goals, context_.options).rows(mechanism, rows)) return {};
+        if (!conditions::GoalResidual(mechanism, context_.problem.goals, context_.options).rows(mechanism, rows))
+          return {};
       } catch (const std::invalid_argument&) {
         return {};
       }
-      const double largest = max_abs(rows.colwise().norm());
+      const double largest = numerics::max_abs(rows.colwise().norm());
       for (std::size_t k = 0; k < is_active_parameter.size(); ++k)
         is_active_parameter[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
     }
@@ -214,7 +216,7 @@ class BilevelSearch {
     InnerProblem inner(context_, *model_, Target::residual, 1);
     InnerSolution last;
     if (!inner.set_reference(insert_outer_variables(start))) return last;
-    NonlinearSystem equations;
+    numerics::NonlinearSystem equations;
     equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
       if (!last.is_found || outer_variables(last.u) != v) {
         InnerSolution next = solve_within_limits(inner, insert_outer_variables(v));
@@ -226,7 +228,7 @@ class BilevelSearch {
       if (jacobian != nullptr) *jacobian = inner.reduced_jacobian(last);
       return jacobian == nullptr || jacobian->allFinite();
     };
-    const LeastSquaresResult descent = solve_levenberg_marquardt(equations, start, 40);
+    const numerics::LeastSquaresResult descent = solve_levenberg_marquardt(equations, start, 40);
     if (!last.is_found || outer_variables(last.u) != descent.u)
       last = solve_within_limits(inner, insert_outer_variables(descent.u));
     return last;
@@ -303,7 +305,7 @@ class BilevelSearch {
   double max_limit_violation(const InnerSolution& optimum) const {
     VectorX g;
     context_.limits->evaluate(model_->recover_variables(optimum.u, optimum.unknowns), g, nullptr);
-    return g.size() == 0 ? 0 : g.allFinite() ? -min_coefficient(g) : std::numeric_limits<double>::infinity();
+    return g.size() == 0 ? 0 : g.allFinite() ? -numerics::min_coefficient(g) : std::numeric_limits<double>::infinity();
   }
 
   /// Repeats the search from the best optimum, with the limits tightened in proportion to their violation.
@@ -394,7 +396,7 @@ class BilevelSearch {
     VectorX normal = direction;
     for (Eigen::Index k = 1; k < basis.cols(); ++k) {
       VectorX tangent = basis.col(k);
-      if (max_abs(boundary + boundary_step * tangent) > 1) tangent = -tangent;
+      if (numerics::max_abs(boundary + boundary_step * tangent) > 1) tangent = -tangent;
       const auto beside = [&](double t) { return VectorX(boundary + boundary_step * tangent + t * direction); };
       double defined = 0, undefined = 0;
       if (is_defined(beside(0)))
@@ -435,7 +437,7 @@ class BilevelSearch {
       const VectorX u = model_->recover_variables(optimum.u, optimum.unknowns);
       std::vector<VectorX>& list = optimum.residual < feasibility_tolerance ? designs.balanced : designs.others;
       const bool is_known =
-          std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
+          std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return numerics::max_abs(k - u) < 1e-6; });
       if (!is_known && list.size() < 6) list.push_back(u);
     }
   }

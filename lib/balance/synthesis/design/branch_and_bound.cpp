@@ -338,7 +338,7 @@ NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& full_pro
     if (k < conditions.parameter_rows() && !(std::abs(at_start[k]) < 1e-10)) is_infeasible = true;
   }
   const auto terms = static_cast<Eigen::Index>(
-      list_terms(context.classification.base_mechanism, context.options.loose_springs).size());
+      conditions::list_terms(context.classification.base_mechanism, context.options.loose_springs).size());
   relaxation.emplace(context, rows.matrix()(variable_rows, Eigen::all).leftCols(terms), figures, limits);
 }
 
@@ -381,7 +381,8 @@ const Conditions* NodeBounds::shared_conditions(const BranchNode& root) {
   find_outer(root);
   const bool is_shared =
       outer_.empty() && geometry_relaxation_ && geometry_relaxation_->conditions.status == ConditionsStatus::done;
-  return is_shared && known_term_values(geometry_relaxation_->context.classification.base_mechanism).size() == 0
+  return is_shared &&
+                 conditions::known_term_values(geometry_relaxation_->context.classification.base_mechanism).size() == 0
              ? &geometry_relaxation_->conditions
              : nullptr;
 }

@@ -10,27 +10,29 @@
 #include <cmath>
 #include <map>
 
-namespace balance {
+namespace balance::design {
+
+using study::CaseAggregation;
 
 namespace {
 
-std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const FreeSprings& loose) {
+std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const dynamics::FreeSprings& loose) {
   // All lists are ordered by case, but parameters first by kind of owner, then by case.
   std::vector<CaseOffsets> offsets;
-  std::vector<std::vector<Parameter>> lists;
+  std::vector<std::vector<dynamics::Parameter>> lists;
   std::size_t spring = 0;
   for (const DesignSpace& one : space.cases) {
     CaseOffsets offset;
     const std::size_t springs = one.start.mechanism.springs.size();
     for (std::size_t s = 0; s < springs && !loose.empty(); ++s) offset.loose.push_back(loose[spring + s]);
     spring += springs;
-    lists.push_back(list_parameters(one.start.mechanism, offset.loose));
+    lists.push_back(dynamics::list_parameters(one.start.mechanism, offset.loose));
     offset.parameters.resize(lists.back().size());
     offsets.push_back(std::move(offset));
   }
   int next = 0;
-  for (const ParameterOwner owner :
-       {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc, ParameterOwner::spring})
+  for (const dynamics::ParameterOwner owner : {dynamics::ParameterOwner::body, dynamics::ParameterOwner::attachment,
+                                               dynamics::ParameterOwner::disc, dynamics::ParameterOwner::spring})
     for (std::size_t k = 0; k < lists.size(); ++k)
       for (std::size_t p = 0; p < lists[k].size(); ++p)
         if (lists[k][p].owner_kind == owner) offsets[k].parameters[p] = next++;
@@ -54,7 +56,7 @@ CaseReduction case_reduction(CaseAggregation across) {
 class CaseFunction final : public DesignFunction {
  public:
   CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
-               const FreeSprings& loose, MotionCache& cache)
+               const dynamics::FreeSprings& loose, MotionCache& cache)
       : space_(space),
         reduction_(reduction),
         term_count_(terms.size()),
@@ -106,8 +108,8 @@ class CaseFunction final : public DesignFunction {
     if (reduction_ == CaseReduction::mean || domain() == Domain::parameters) return std::nullopt;
     const VectorX values = case_values(x);
     if (!values.allFinite()) return std::nullopt;
-    const auto worst =
-        static_cast<std::size_t>(reduction_ == CaseReduction::min ? min_index(values) : max_index(values));
+    const auto worst = static_cast<std::size_t>(reduction_ == CaseReduction::min ? numerics::min_index(values)
+                                                                                 : numerics::max_index(values));
     const std::optional<VectorX> own = case_objectives_[worst].function->gradient(space_.values(worst, x));
     if (!own) return std::nullopt;
     VectorX gradient = VectorX::Zero(x.size());
@@ -129,7 +131,8 @@ class CaseFunction final : public DesignFunction {
     for (std::size_t k = 0; k < case_objectives_.size(); ++k)
       values[static_cast<Eigen::Index>(k)] = case_objectives_[k].function->evaluate(
           parameters(offsets_[k].parameters), gradient != nullptr ? &slopes[k] : nullptr);
-    const Eigen::Index worst = reduction_ == CaseReduction::min ? min_index(values) : max_index(values);
+    const Eigen::Index worst =
+        reduction_ == CaseReduction::min ? numerics::min_index(values) : numerics::max_index(values);
     for (std::size_t k = 0; k < slopes.size() && gradient != nullptr; ++k)
       if (reduction_ == CaseReduction::mean)
         (*gradient)(offsets_[k].parameters) += slopes[k] / static_cast<double>(size());
@@ -146,7 +149,8 @@ class CaseFunction final : public DesignFunction {
       const VectorX case_values = space_.values(k, x);
       values[static_cast<Eigen::Index>(k)] = case_objectives_[k].function->evaluate(
           case_objectives_[k].is_of_parameters()
-              ? parameter_values(instantiate_checked(space_.cases[k], case_values).mechanism, offsets_[k].loose)
+              ? dynamics::parameter_values(instantiate_checked(space_.cases[k], case_values).mechanism,
+                                           offsets_[k].loose)
               : case_values,
           nullptr);
     }
@@ -166,7 +170,7 @@ class CaseFunction final : public DesignFunction {
   double reduce(const VectorX& values) const {
     if (!values.allFinite()) return NAN;
     if (reduction_ == CaseReduction::mean) return values.mean();
-    return reduction_ == CaseReduction::min ? min_coefficient(values) : max_coefficient(values);
+    return reduction_ == CaseReduction::min ? numerics::min_coefficient(values) : numerics::max_coefficient(values);
   }
 
   CaseSpace space_;
@@ -228,7 +232,7 @@ Figures combine_case_figures(std::vector<std::vector<AffineFigure>> case_figures
 namespace {
 
 Objective build_reduced_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
-                                  CaseReduction reduction, const FreeSprings& loose, MotionCache& cache) {
+                                  CaseReduction reduction, const dynamics::FreeSprings& loose, MotionCache& cache) {
   auto function = std::make_shared<const CaseFunction>(space, terms, reduction, loose, cache);
   const std::vector<Objective>& case_objectives = function->case_objectives();
   const auto all = [&](auto&& holds) { return std::all_of(case_objectives.begin(), case_objectives.end(), holds); };
@@ -247,14 +251,14 @@ Objective build_reduced_objective(const CaseSpace& space, const std::vector<Obje
 }  // namespace
 
 Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
-                               const FreeSprings& loose, MotionCache& cache) {
+                               const dynamics::FreeSprings& loose, MotionCache& cache) {
   return build_reduced_objective(space, terms, case_reduction(across), loose, cache);
 }
 
-std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
-                                           const FreeSprings& loose, MotionCache& cache) {
+std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<study::FigureLimit>& limits,
+                                           const dynamics::FreeSprings& loose, MotionCache& cache) {
   std::vector<DesignLimit> built;
-  for (const FigureLimit& limit : limits)
+  for (const study::FigureLimit& limit : limits)
     built.push_back(
         {limit.text,
          build_reduced_objective(space, limit.terms,
@@ -283,7 +287,7 @@ void add_limit(std::vector<ConvexLimit> case_limits, CaseAggregation across, std
 
 }  // namespace
 
-CaseFigures::CaseFigures(const CaseSpace& space, const FreeSprings& loose)
+CaseFigures::CaseFigures(const CaseSpace& space, const dynamics::FreeSprings& loose)
     : space_(space), offsets_(case_offsets(space, loose)), parameter_count_(count_parameters(offsets_)) {}
 
 namespace {
@@ -322,16 +326,16 @@ Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregat
   return combine_case_figures(std::move(case_figures), across);
 }
 
-std::vector<FigureLimit> CaseFigures::select_convex_limits(const std::vector<FigureLimit>& limits) const {
-  std::vector<FigureLimit> convex = limits;
-  for (const DesignSpace& one : space_.cases) convex = balance::select_convex_limits(one, convex);
+std::vector<study::FigureLimit> CaseFigures::select_convex_limits(const std::vector<study::FigureLimit>& limits) const {
+  std::vector<study::FigureLimit> convex = limits;
+  for (const DesignSpace& one : space_.cases) convex = design::select_convex_limits(one, convex);
   return convex;
 }
 
-std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits, const VectorX& x,
-                                                            MotionCache& cache) const {
+std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<study::FigureLimit>& limits,
+                                                            const VectorX& x, MotionCache& cache) const {
   std::vector<ConvexLimit> all;
-  for (const FigureLimit& limit : limits) {
+  for (const study::FigureLimit& limit : limits) {
     std::vector<ConvexLimit> case_limits;
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
       auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x), cache);
@@ -374,7 +378,7 @@ CaseSpace CaseSpace::fix_others(const VectorX& x, const std::vector<int>& free_n
 }
 
 CaseSpace make_case_space(const DesignSpace& space) {
-  const LoadCases& loads = space.start.design.cases;
+  const study::LoadCases& loads = space.start.design.cases;
   const auto& free = space.start.free_numbers;
   const auto adapted = [&](std::size_t i) {
     return std::find(loads.adapted.begin(), loads.adapted.end(), static_cast<int>(i)) != loads.adapted.end();
@@ -416,7 +420,7 @@ VectorX nominal_load(const DesignSpace& space) {
   return loads;
 }
 
-std::string load_text(const std::vector<LoadParameter>& numbers, const VectorX& loads) {
+std::string load_text(const std::vector<study::LoadParameter>& numbers, const VectorX& loads) {
   std::string text;
   for (std::size_t i = 0; i < numbers.size(); ++i)
     text += fmt::format("{}{} = {:.6g}", i == 0 ? "" : ", ", numbers[i].name,
@@ -424,4 +428,4 @@ std::string load_text(const std::vector<LoadParameter>& numbers, const VectorX& 
   return text;
 }
 
-}  // namespace balance
+}  // namespace balance::design

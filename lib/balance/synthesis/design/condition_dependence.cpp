@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -22,15 +22,15 @@ bool has_same_joints(const Mechanism& a, const Mechanism& b) {
 bool has_same_constraints(const Mechanism& a, const Mechanism& b) {
   for (std::size_t c = 0; c < a.constraints.size(); ++c)
     for (std::size_t t = 0; t < a.constraints[c].terms.size(); ++t) {
-      const GeneralisedSpeedTerm &p = a.constraints[c].terms[t], &q = b.constraints[c].terms[t];
+      const model::GeneralisedSpeedTerm &p = a.constraints[c].terms[t], &q = b.constraints[c].terms[t];
       if (p.factor != q.factor || p.position != q.position) return false;
     }
   return true;
 }
 
-bool is_same_sum(const CoordinateCombination& a, const CoordinateCombination& b) {
+bool is_same_sum(const model::CoordinateCombination& a, const model::CoordinateCombination& b) {
   return std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
-                    [](const CoordinateTerm& p, const CoordinateTerm& q) { return p.ratio == q.ratio; });
+                    [](const model::CoordinateTerm& p, const model::CoordinateTerm& q) { return p.ratio == q.ratio; });
 }
 
 /// Compares everything except masses, centres of mass, inertias, stiffnesses and preloads.
@@ -75,10 +75,10 @@ VectorX generic_point(const std::vector<FreeNumber>& numbers) {
 class ConditionDependence {
  public:
   ConditionDependence(const DesignSpace& space, const std::function<Conditions(const Mechanism&)>& derive,
-                      const FreeSprings& loose, const Conditions& at_start)
+                      const dynamics::FreeSprings& loose, const Conditions& at_start)
       : space_(space), derive_(derive), loose_(loose), x_(generic_point(space.start.free_numbers)) {
     base_mechanism_ = space.instantiate(x_).mechanism;
-    base_values_ = term_values(base_mechanism_, loose_);
+    base_values_ = conditions::term_values(base_mechanism_, loose_);
     base_conditions_ = has_same_geometry(base_mechanism_, space.start.mechanism) ? at_start : derive_(base_mechanism_);
     // If nothing can be derived here, use the conditions at the start.
     if (!has_same_pivots(at_start, base_conditions_)) base_conditions_ = at_start;
@@ -90,7 +90,7 @@ class ConditionDependence {
     const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
     x[number] += 0.1 * (free.upper - free.lower);
     const Mechanism perturbed = space_.instantiate(x).mechanism;
-    const VectorX values = term_values(perturbed, loose_);
+    const VectorX values = conditions::term_values(perturbed, loose_);
     if (has_same_geometry(base_mechanism_, perturbed))
       return find_affected(base_conditions_.matrix * (values - base_values_),
                            base_conditions_.matrix.cwiseAbs() * (values - base_values_).cwiseAbs(),
@@ -114,7 +114,7 @@ class ConditionDependence {
 
   const DesignSpace& space_;
   const std::function<Conditions(const Mechanism&)>& derive_;
-  const FreeSprings& loose_;
+  const dynamics::FreeSprings& loose_;
   VectorX x_, base_values_;
   Mechanism base_mechanism_;
   Conditions base_conditions_;
@@ -124,7 +124,7 @@ class ConditionDependence {
 
 std::vector<std::vector<int>> probe_condition_variables(const DesignSpace& space, const Conditions& conditions,
                                                         const std::function<Conditions(const Mechanism&)>& derive,
-                                                        const FreeSprings& loose) {
+                                                        const dynamics::FreeSprings& loose) {
   std::vector<std::vector<int>> result(static_cast<std::size_t>(conditions.matrix.rows()));
   if (space.start.free_numbers.empty()) return result;
   const ConditionDependence probe(space, derive, loose, conditions);
@@ -136,4 +136,4 @@ std::vector<std::vector<int>> probe_condition_variables(const DesignSpace& space
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::design

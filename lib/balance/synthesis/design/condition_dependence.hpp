@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// For each condition, the indices of the free numbers that its left-hand side depends on, found by changing each
 /// number at a point well inside the bounds.
@@ -16,6 +16,6 @@ namespace balance {
 /// @param loose as used for deriving the conditions
 std::vector<std::vector<int>> probe_condition_variables(const DesignSpace& space, const Conditions& conditions,
                                                         const std::function<Conditions(const Mechanism&)>& derive,
-                                                        const FreeSprings& loose = {});
+                                                        const dynamics::FreeSprings& loose = {});
 
-}  // namespace balance
+}  // namespace balance::design

@@ -15,6 +15,8 @@
 
 namespace balance::design {
 
+using numerics::NonlinearSystem;
+
 namespace {
 
 /// Weight of a violated inequality relative to the scaled residuals.
@@ -42,7 +44,7 @@ bool project_on_row_space(const SolverContext& context, const Mechanism& mechani
                           VectorX& residual) {
   const Conditions conditions = context.derive_conditions(mechanism);
   if (conditions.status != ConditionsStatus::done) return false;
-  const VectorX parameters = term_values(mechanism, context.options.loose_springs).cwiseQuotient(unit);
+  const VectorX parameters = conditions::term_values(mechanism, context.options.loose_springs).cwiseQuotient(unit);
   residual.setZero(parameters.size());
   if (conditions.parameter_rows() == 0) return true;
   const MatrixX columns = (conditions.matrix.topRows(conditions.parameter_rows()) * unit.asDiagonal()).transpose();
@@ -157,7 +159,7 @@ class GeometryResidual {
       const Mechanism mechanism = context_.mechanism(u);
       if (!goal_) return project_on_row_space(context_, mechanism, unit_, residual) && residual.allFinite();
       if (!update_rows(u, mechanism)) return false;
-      residual = rows_ * term_values(mechanism, context_.options.loose_springs);
+      residual = rows_ * conditions::term_values(mechanism, context_.options.loose_springs);
       return residual.allFinite();
     } catch (const SpecError&) {
       return false;  // an expression of the spec has no value here
@@ -178,7 +180,7 @@ class GeometryResidual {
 
   const SolverContext& context_;
   VectorX unit_;
-  std::optional<GoalResidual> goal_;
+  std::optional<conditions::GoalResidual> goal_;
   MatrixX rows_;      ///< residual per unit of every term
   VectorX geometry_;  ///< at which the rows were evaluated; empty: not yet
 };
@@ -223,7 +225,7 @@ NonlinearSystem make_equations_near(const SolverContext& context, const VectorX&
 }
 
 double max_condition_residual(const NonlinearSystem& equations, const VectorX& values) {
-  return equations.primary_rows > 0 ? max_abs(values.head(equations.primary_rows)) : 0;
+  return equations.primary_rows > 0 ? numerics::max_abs(values.head(equations.primary_rows)) : 0;
 }
 
 namespace {
@@ -241,7 +243,7 @@ constexpr double rounding_tolerance = 1e-8;
 constexpr double residual_epsilon = 1e-15;
 
 bool is_new_solution(const std::vector<VectorX>& known, const VectorX& u) {
-  return std::none_of(known.begin(), known.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
+  return std::none_of(known.begin(), known.end(), [&](const VectorX& k) { return numerics::max_abs(k - u) < 1e-6; });
 }
 
 }  // namespace
@@ -253,7 +255,7 @@ LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers
   equations.evaluate(origin, values, &jacobian);
   if (equations.primary_rows == 0) return {MatrixX(0, numbers), VectorX(0)};
   const MatrixX rows = jacobian.topRows(equations.primary_rows);
-  const SingularValueDecomposition svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const VectorX& s = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < s.size() && s[rank] > condition_rank_tolerance * s[0]) ++rank;
@@ -270,7 +272,7 @@ bool is_exact(const SolverContext& context, const NonlinearSystem& equations, co
 ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
                                     const ExactSearchOptions& options) {
   ExactSolutions result;
-  UniformRandom random(context.problem.search.seed);
+  numerics::UniformRandom random(context.problem.search.seed);
   int stalled_starts = 0;  // number of starts since the last new solution
   const std::vector<VectorX> starts =
       options.starts.empty() ? std::vector<VectorX>{context.scaling.start()} : options.starts;
@@ -286,7 +288,7 @@ ExactSolutions find_exact_solutions(const SolverContext& context, const Nonlinea
     const VectorX from =
         k < given_start_count ? starts[static_cast<std::size_t>(k)] : random.sample_point(context.scaling.size());
     ++context.budget.starts;
-    LeastSquaresResult descent =
+    numerics::LeastSquaresResult descent =
         solve_levenberg_marquardt(equations, from, 100, [&] { return context.budget.is_spent(); });
     if (descent.max_residual < condition_tolerance && is_exact(context, equations, descent.u) &&
         is_new_solution(result.solutions, descent.u)) {
@@ -313,14 +315,15 @@ VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
   // The polynomials are accurate to about 1e-14 of the widest bounds; the last digits come from the mechanism itself.
   VectorX values, residual = exact_residual(best);
   MatrixX jacobian;
-  for (int k = 0; k < 2 && max_abs(residual) > 1e-16; ++k) {
+  for (int k = 0; k < 2 && numerics::max_abs(residual) > 1e-16; ++k) {
     if (!equations.evaluate(best, values, &jacobian)) break;
     const auto n = best.size();
     MatrixX a(equations.primary_rows + n, n);
-    a << jacobian.topRows(equations.primary_rows), 1e-9 * std::max(max_abs(jacobian), 1e-30) * MatrixX::Identity(n, n);
+    a << jacobian.topRows(equations.primary_rows),
+        1e-9 * std::max(numerics::max_abs(jacobian), 1e-30) * MatrixX::Identity(n, n);
     VectorX b = VectorX::Zero(a.rows()), d = VectorX::Zero(n);
     b.head(equations.primary_rows) = -residual;
-    bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
+    numerics::bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
     const VectorX next = clip_to_unit_box(best + d), after = exact_residual(next);
     if (!(after.norm() < residual.norm())) break;
     best = next;
@@ -335,7 +338,7 @@ MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u) {
   VectorX values;
   MatrixX jacobian;
   if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
-  ColumnPivotingQr qr(jacobian.topRows(equations.primary_rows).transpose());
+  numerics::ColumnPivotingQr qr(jacobian.topRows(equations.primary_rows).transpose());
   qr.setThreshold(1e-9);
   const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
   return q.rightCols(n - qr.rank());
@@ -371,7 +374,7 @@ VectorX snap_to_special_values(const SolverContext& context, const NonlinearSyst
 std::optional<VectorX> find_nearest_solution(const SolverContext& context, const LinearConditions& conditions) {
   const auto n = context.scaling.size();
   if (n == 0) return std::nullopt;
-  QuadraticProgram program;
+  numerics::QuadraticProgram program;
   program.hessian = MatrixX::Identity(n, n);
   program.gradient = -context.scaling.start();
   program.equalities = conditions.matrix;
@@ -389,7 +392,7 @@ std::optional<VectorX> find_nearest_solution(const SolverContext& context, const
     if (context.inequality_count() == 0) return u;
     MatrixX dg;
     context.evaluate_inequalities(u, g, &dg);
-    if (min_coefficient(g) >= -1e-9) return u;
+    if (numerics::min_coefficient(g) >= -1e-9) return u;
     for (Eigen::Index k = 0; k < g.size(); ++k) {
       if (g[k] >= -1e-9) continue;
       const auto rows = program.inequalities.rows();

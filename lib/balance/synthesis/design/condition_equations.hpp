@@ -28,35 +28,36 @@ class ConditionResidual {
  private:
   const SolverContext& context_;
   MatrixX matrix_;  ///< rows × features
-  std::optional<SparsePolynomial> polynomial_;
+  std::optional<numerics::SparsePolynomial> polynomial_;
 };
 
 /// The selected rows minus `target`, followed by rows that vanish if all bodies are physical and all limits are
 /// satisfied. The arguments must outlive the system.
-NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, const ConditionResidual& rows,
-                                              std::vector<int> selected_rows, VectorX target);
+numerics::NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, const ConditionResidual& rows,
+                                                        std::vector<int> selected_rows, VectorX target);
 
 /// Residual of the goals if lengths and ratios vary, too. Every evaluation builds a mechanism.
 /// @param start unit coordinates of a mechanism for which conditions exist
-NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& start);
+numerics::NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& start);
 
 /// The same at configurations of the mechanism at u if it has any; else `otherwise`.
-NonlinearSystem make_equations_near(const SolverContext& context, const VectorX& u, const NonlinearSystem& otherwise);
+numerics::NonlinearSystem make_equations_near(const SolverContext& context, const VectorX& u,
+                                              const numerics::NonlinearSystem& otherwise);
 
 /// Maximum absolute value of the condition rows among the values of the system.
-double max_condition_residual(const NonlinearSystem& equations, const VectorX& values);
+double max_condition_residual(const numerics::NonlinearSystem& equations, const VectorX& values);
 
 /// Affine conditions as matrix · u = rhs with orthonormal rows: independent and complete.
 struct LinearConditions {
   MatrixX matrix;
   VectorX rhs;
 };
-LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers);
+LinearConditions linear_conditions(const numerics::NonlinearSystem& equations, int numbers);
 
 struct ExactSolutions {
-  std::vector<VectorX> solutions;  ///< distinct and physical; the one found from the first start comes first
-  std::vector<VectorX> rejected;   ///< some that meet the conditions but are not usable
-  LeastSquaresResult closest;      ///< smallest sum of squares found
+  std::vector<VectorX> solutions;        ///< distinct and physical; the one found from the first start comes first
+  std::vector<VectorX> rejected;         ///< some that meet the conditions but are not usable
+  numerics::LeastSquaresResult closest;  ///< smallest sum of squares found
 };
 
 /// Limits of the search for solutions.
@@ -69,25 +70,25 @@ struct ExactSearchOptions {
 };
 
 /// Gauss–Newton from the given starts and from random points of the box.
-ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
+ExactSolutions find_exact_solutions(const SolverContext& context, const numerics::NonlinearSystem& equations,
                                     const ExactSearchOptions& options);
 
 /// Whether u meets the conditions and is admissible.
-bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u);
+bool is_exact(const SolverContext& context, const numerics::NonlinearSystem& equations, const VectorX& u);
 
 /// Returns from a nearby point to the conditions; to full precision if `exact_residual` gives the residual of the
 /// mechanism itself.
 /// @param exact_residual at one geometry, or null
-VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
+VectorX refine_solution(const numerics::NonlinearSystem& equations, const VectorX& u,
                         const std::function<VectorX(const VectorX&)>& exact_residual);
 
 /// Orthonormal basis (columns) of the directions in which no condition changes at u; empty: the solution is isolated.
-MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u);
+MatrixX tangent_space(const numerics::NonlinearSystem& equations, const VectorX& u);
 
 /// Moves variables that differ by round-off from a bound, their start value or zero onto it, one by one, unless this
 /// impairs a condition or the objective.
 /// @param objective may be empty
-VectorX snap_to_special_values(const SolverContext& context, const NonlinearSystem& equations,
+VectorX snap_to_special_values(const SolverContext& context, const numerics::NonlinearSystem& equations,
                                const std::function<double(const VectorX&)>& objective, VectorX u);
 
 /// The solution closest to the start values in unit coordinates, for affine conditions and a convex set of physical

@@ -19,8 +19,8 @@ std::vector<bool> find_active_parameters(const SolverContext& context, const Mat
                                          const std::vector<AffineFigure>& figures,
                                          const std::vector<ConvexLimit>& limits) {
   std::vector<bool> is_active_parameter(
-      list_terms(context.classification.base_mechanism, context.options.loose_springs).size(), false);
-  const double largest = max_abs(rows.colwise().norm());
+      conditions::list_terms(context.classification.base_mechanism, context.options.loose_springs).size(), false);
+  const double largest = numerics::max_abs(rows.colwise().norm());
   for (std::size_t k = 0; k < is_active_parameter.size() && rows.rows() > 0; ++k)
     is_active_parameter[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
   mark_active_parameters(figures, is_active_parameter);
@@ -30,7 +30,7 @@ std::vector<bool> find_active_parameters(const SolverContext& context, const Mat
 
 /// A program with some variables fixed.
 struct PresolvedProgram {
-  ConeProgram program;
+  numerics::ConeProgram program;
   double constant = 0;  ///< cost of the fixed variables
   bool is_feasible = true;
   std::vector<Eigen::Index> free_variables;
@@ -38,7 +38,7 @@ struct PresolvedProgram {
 
 class ConePresolve {
  public:
-  ConePresolve(const ConeProgram& program, const std::vector<std::pair<Eigen::Index, double>>& fixed)
+  ConePresolve(const numerics::ConeProgram& program, const std::vector<std::pair<Eigen::Index, double>>& fixed)
       : program_(program) {
     std::vector<bool> is_fixed(static_cast<std::size_t>(program.cost.size()), false);
     rhs_ = program.rhs;
@@ -53,7 +53,7 @@ class ConePresolve {
 
   PresolvedProgram run() {
     columns_ = program_.matrix(Eigen::all, result_.free_variables);
-    ConeProgramBuilder rows(columns_.cols());
+    numerics::ConeProgramBuilder rows(columns_.cols());
     for (Eigen::Index i = 0; i < program_.linear_rows; ++i) {
       if (!columns_.row(i).isZero(0))
         rows.add_inequalities(VectorX(columns_.row(i).transpose()), rhs_[i]);
@@ -71,9 +71,10 @@ class ConePresolve {
 
  private:
   double scale(Eigen::Index row, Eigen::Index count) const {
-    return 1 + max_abs(program_.rhs.segment(row, count)) + max_abs(program_.matrix.middleRows(row, count));
+    return 1 + numerics::max_abs(program_.rhs.segment(row, count)) +
+           numerics::max_abs(program_.matrix.middleRows(row, count));
   }
-  void add_cone(Eigen::Index row, Eigen::Index size, ConeProgramBuilder& rows) {
+  void add_cone(Eigen::Index row, Eigen::Index size, numerics::ConeProgramBuilder& rows) {
     const VectorX constant = rhs_.segment(row, size);
     if (!columns_.middleRows(row, size).isZero(0))
       rows.add_cone(-columns_.middleRows(row, size), constant);
@@ -81,7 +82,7 @@ class ConePresolve {
       result_.is_feasible = false;
   }
 
-  const ConeProgram& program_;
+  const numerics::ConeProgram& program_;
   VectorX rhs_;
   MatrixX columns_;
   PresolvedProgram result_;
@@ -126,7 +127,7 @@ double ConicRelaxation::max_violation(const VectorX& unknowns, bool rows) const 
   with_one << unknowns, 1;
   for (const auto& [figure, scale, limit] : data_.figures)
     if (limit >= 0) violations[limit] += figure.weight / scale * figure(with_one);
-  double worst = std::max(0.0, max_coefficient(violations));
+  double worst = std::max(0.0, numerics::max_coefficient(violations));
   if (rows) worst = std::max(worst, (data_.rows * unknowns - data_.right).norm());
   return worst;
 }
@@ -139,7 +140,7 @@ bool ConicRelaxation::is_complete() const {
 /// The constraints begin with the bounds of the linear unknowns: first the upper, then the lower ones.
 InnerData ConicRelaxation::restrict_data(const VariableDomain& domain, FixedUnknowns& fixed) const {
   InnerData data = data_;
-  ConeProgram& limits = data.terms.constraints;
+  numerics::ConeProgram& limits = data.terms.constraints;
   const std::vector<int>& linear = model_.linear();
   const auto n = static_cast<Eigen::Index>(linear.size());
   const VariableScaling& scaling = context_.scaling;
@@ -153,7 +154,7 @@ InnerData ConicRelaxation::restrict_data(const VariableDomain& domain, FixedUnkn
     limits.rhs[n + k] = -unit(i, domain.lower[i]);
     if (domain.lower[i] == domain.upper[i] || scaling.half_width()[i] == 0) fixed.emplace_back(k, limits.rhs[k]);
   }
-  ConeProgramBuilder rows(limits.matrix.cols());
+  numerics::ConeProgramBuilder rows(limits.matrix.cols());
   if (!domain.linear_limits.empty()) {
     for (const auto& [coefficients, bound] : domain.linear_limits) {
       VectorX row = VectorX::Zero(limits.matrix.cols());
@@ -165,7 +166,7 @@ InnerData ConicRelaxation::restrict_data(const VariableDomain& domain, FixedUnkn
       }
       rows.add_inequalities(row, rhs);
     }
-    const ConeProgram sums = rows.build(VectorX::Zero(limits.matrix.cols()));
+    const numerics::ConeProgram sums = rows.build(VectorX::Zero(limits.matrix.cols()));
     limits = add_inequalities(limits, sums.matrix, sums.rhs);
   }
   for (const Eigen::Index k : model_.list_massless_unknowns(data.terms, domain.upper)) fixed.emplace_back(k, 0.0);
@@ -189,8 +190,8 @@ ConicRelaxation::ProgramResult ConicRelaxation::solve(const VariableDomain& doma
   VectorX unknowns = VectorX::Zero(builder.unknowns());
   for (const auto& [k, value] : fixed) unknowns[k] = value;
   if (!presolved.free_variables.empty()) {
-    const ConeSolution solution = solve_cone_program(presolved.program);
-    if (solution.status != ConeStatus::optimal) {
+    const numerics::ConeSolution solution = solve_cone_program(presolved.program);
+    if (solution.status != numerics::ConeStatus::optimal) {
       result.bound = std::numeric_limits<double>::quiet_NaN();
       return result;
     }
@@ -199,7 +200,7 @@ ConicRelaxation::ProgramResult ConicRelaxation::solve(const VariableDomain& doma
       if (presolved.free_variables[k] < unknowns.size())
         unknowns[presolved.free_variables[k]] = solution.x[static_cast<Eigen::Index>(k)];
   }
-  result.status = ConeStatus::optimal;
+  result.status = numerics::ConeStatus::optimal;
   result.bound += presolved.constant;
   for (const auto& [figure, scale, limit] : data.figures)  // the cost of the program omits constants of linear figures
     if (figures && limit < 0 && figure.series.empty())
@@ -211,8 +212,8 @@ ConicRelaxation::ProgramResult ConicRelaxation::solve(const VariableDomain& doma
 RelaxationBound ConicRelaxation::make_bound(const ProgramResult& result, const VariableDomain& domain) const {
   RelaxationBound bound;
   // a numerical failure proves nothing
-  bound.is_feasible = result.status == ConeStatus::optimal || std::isnan(result.bound);
-  if (result.status != ConeStatus::optimal) return bound;
+  bound.is_feasible = result.status == numerics::ConeStatus::optimal || std::isnan(result.bound);
+  if (result.status != numerics::ConeStatus::optimal) return bound;
   bound.x = context_.scaling.to_variables(model_.recover_variables(context_.scaling.start(), result.unknowns));
   bound.x = bound.x.cwiseMax(domain.lower).cwiseMin(domain.upper);
   return bound;

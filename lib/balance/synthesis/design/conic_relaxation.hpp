@@ -51,7 +51,7 @@ class ConicRelaxation {
   /// Fixed unknowns with their values.
   using FixedUnknowns = std::vector<std::pair<Eigen::Index, double>>;
   struct ProgramResult {
-    ConeStatus status = ConeStatus::failed;
+    numerics::ConeStatus status = numerics::ConeStatus::failed;
     double bound = 0;  ///< lower bound of the cost
     VectorX unknowns;
   };

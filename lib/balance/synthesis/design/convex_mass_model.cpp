@@ -41,7 +41,8 @@ MatrixX affine_edges(const MatrixX& points, const MatrixX& values) {
   MatrixX basis(points.rows() + 1, points.cols());
   basis << points, MatrixX::Ones(1, points.cols());
   const MatrixX fit = values * basis.transpose() * (basis * basis.transpose()).inverse();
-  if (!(max_abs(values - fit * basis) <= nonlinearity_tolerance * max_abs(values))) return MatrixX(values.rows(), 0);
+  if (!(numerics::max_abs(values - fit * basis) <= nonlinearity_tolerance * numerics::max_abs(values)))
+    return MatrixX(values.rows(), 0);
   return fit.leftCols(points.rows());
 }
 
@@ -99,10 +100,11 @@ bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base,
 /// Elements some of whose mass properties the variable changes.
 std::vector<ConvexMassModel::ElementCopy> ConvexMassModel::list_moved_elements(int number) const {
   const Mechanism& mechanism = context_.classification.base_mechanism;
-  const std::vector<Parameter> terms = list_terms(mechanism, context_.classification.loose_springs);
+  const std::vector<dynamics::Parameter> terms =
+      conditions::list_terms(mechanism, context_.classification.loose_springs);
   std::vector<ElementCopy> moved;
   for (const ElementFeatures& element : list_element_features(mechanism, context_.classification.loose_springs)) {
-    if (element.bearer == ParameterOwner::spring) continue;
+    if (element.bearer == dynamics::ParameterOwner::spring) continue;
     ElementCopy candidate{0, element.inertia};
     for (std::size_t k = 0; k < terms.size(); ++k)
       if (terms[k].owner_kind == element.bearer && terms[k].index == element.index && terms[k].slot == 0)
@@ -227,12 +229,12 @@ bool ConvexMassModel::sample_com_positions(FirstMomentLift& lift, const VectorX&
     if (!lift.com_samples.col(k).allFinite()) return false;
   }
   other(lift.numbers) = points.col(0);
-  lift.radius = max_abs(lift.com_samples.colwise().norm());
+  lift.radius = numerics::max_abs(lift.com_samples.colwise().norm());
   if (!((com_position(lift, other) - lift.com_samples.col(0)).norm() < 1e-9 * lift.radius)) return false;
   lift.variable_samples = points;
   lift.directions = parallelotope_normals(affine_edges(points, lift.com_samples));
   if (lift.directions.rows() == 0) lift.directions = direction_samples(dimension_);
-  lift.support = row_maxima(lift.directions * lift.com_samples);
+  lift.support = numerics::row_maxima(lift.directions * lift.com_samples);
   lift.mass = std::max(std::abs(features(context_.classification.base)[lift.first]), 1e-12);
   return true;
 }
@@ -251,7 +253,7 @@ std::optional<AffineTerms> ConvexMassModel::evaluate(const VectorX& u) const {
   }
   if (!slopes.allFinite()) return std::nullopt;
   AffineTerms terms{slopes.topRows(terms_), zero.head(terms_), {}};
-  ConeProgramBuilder rows(unknowns_);
+  numerics::ConeProgramBuilder rows(unknowns_);
   const auto n = static_cast<Eigen::Index>(linear_.size());
   if (n > 0) {
     rows.add_inequalities(MatrixX::Identity(n, unknowns_), VectorX::Ones(n));
@@ -306,7 +308,7 @@ void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const Element
 
 /// Constrains h to the cone over all positions, and the contribution q to the inertia to |h|²/m ≤ q ≤ m r².
 void ConvexMassModel::add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& zero,
-                                     const MatrixX& slopes, ConeProgramBuilder& rows) const {
+                                     const MatrixX& slopes, numerics::ConeProgramBuilder& rows) const {
   const VectorX mass = slopes.row(lift.first).transpose() / lift.mass;
   const double constant_mass = zero[lift.first] / lift.mass;
   for (Eigen::Index k = 0; k < lift.directions.rows(); ++k) {
@@ -346,8 +348,8 @@ VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unkn
     const double mass = features(all)[lift.first];
     if (!(mass > 1e-9 * lift.mass)) continue;
     const VectorX target = unknowns.segment(lift.unknown, dimension_) * (lift.mass * lift.radius / mass);
-    const Eigen::Index nearest = min_index((lift.com_samples.colwise() - target).colwise().norm());
-    NonlinearSystem equations;
+    const Eigen::Index nearest = numerics::min_index((lift.com_samples.colwise() - target).colwise().norm());
+    numerics::NonlinearSystem equations;
     equations.primary_rows = equations.row_count = dimension_;
     const auto deviation = [&](const VectorX& v) {
       VectorX moved = all;
@@ -389,7 +391,7 @@ MatrixX grid_points(int n) {
 MatrixX parallelotope_normals(const MatrixX& edges) {
   const Eigen::Index dimension = edges.rows(), n = edges.cols();
   if (n == 0 || n > dimension) return MatrixX(0, dimension);
-  const SingularValueDecomposition svd(edges, Eigen::ComputeFullU | Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition svd(edges, Eigen::ComputeFullU | Eigen::ComputeThinV);
   const VectorX& s = svd.singularValues();
   if (!(s[n - 1] > edge_rank_tolerance * s[0])) return MatrixX(0, dimension);
   MatrixX normals(dimension, dimension);

@@ -13,9 +13,9 @@ namespace balance::design {
 
 /// The terms (list_terms) and the constraints on the unknowns at one geometry.
 struct AffineTerms {
-  MatrixX matrix;           ///< terms × unknowns
-  VectorX constant;         ///< terms = constant + matrix · unknowns
-  ConeProgram constraints;  ///< of the unknowns; no cost
+  MatrixX matrix;                     ///< terms × unknowns
+  VectorX constant;                   ///< terms = constant + matrix · unknowns
+  numerics::ConeProgram constraints;  ///< of the unknowns; no cost
 };
 
 class ConvexMassModel {
@@ -69,7 +69,7 @@ class ConvexMassModel {
   bool sample_com_positions(FirstMomentLift& lift, const VectorX& anchor) const;
   VectorX com_position(const FirstMomentLift& lift, const VectorX& u) const;
   void add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& at_zero,
-                      const MatrixX& slopes, ConeProgramBuilder& rows) const;
+                      const MatrixX& slopes, numerics::ConeProgramBuilder& rows) const;
   void write_lift_rows(const FirstMomentLift& lift, const ElementCopy& element, const VectorX& at_zero,
                        const MatrixX& slopes, AffineTerms& terms) const;
 

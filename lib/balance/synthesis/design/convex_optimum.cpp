@@ -86,7 +86,7 @@ class BundleNewtonMethod {
   }
 
   /// Conditions, bounds and tangents of the inequalities for the first n variables of the program.
-  void fill_constraints(QuadraticProgram& program, Eigen::Index variables, Eigen::Index extra_rows) const {
+  void fill_constraints(numerics::QuadraticProgram& program, Eigen::Index variables, Eigen::Index extra_rows) const {
     const auto p = static_cast<Eigen::Index>(constraint_cuts_.size());
     program.equalities.setZero(conditions_.matrix.rows(), variables);
     program.equalities.leftCols(n_) = conditions_.matrix;
@@ -125,8 +125,8 @@ class BundleNewtonMethod {
     if (context_.limits->size() == 0) return;
     VectorX g;
     context_.limits->evaluate(u, g, nullptr);
-    if (!(min_coefficient(g) > interior_margin_)) return;
-    interior_margin_ = min_coefficient(g);
+    if (!(numerics::min_coefficient(g) > interior_margin_)) return;
+    interior_margin_ = numerics::min_coefficient(g);
     interior_point_ = u;
   }
 
@@ -149,7 +149,7 @@ class BundleNewtonMethod {
 
   void newton() {
     for (int k = 0; k < max_newton_iterations && !context_.budget.is_spent(); ++k) {
-      QuadraticProgram program;
+      numerics::QuadraticProgram program;
       program.hessian = make_positive_definite(central_difference_jacobian(
           [this](const VectorX& v) {
             VectorX slope;
@@ -174,8 +174,8 @@ class BundleNewtonMethod {
   /// The symmetric part, with eigenvalues raised to at least a small fraction of the largest.
   static MatrixX make_positive_definite(const MatrixX& hessian) {
     if (!hessian.allFinite()) return hessian;
-    const SymmetricEigenSolver solver((hessian + hessian.transpose()) / 2);
-    const double floor = std::max(1e-9 * max_abs(solver.eigenvalues()), 1e-12);
+    const numerics::SymmetricEigenSolver solver((hessian + hessian.transpose()) / 2);
+    const double floor = std::max(1e-9 * numerics::max_abs(solver.eigenvalues()), 1e-12);
     return solver.eigenvectors() * solver.eigenvalues().cwiseMax(floor).asDiagonal() *
            solver.eigenvectors().transpose();
   }
@@ -183,7 +183,7 @@ class BundleNewtonMethod {
   /// Minimises the maximum of the tangents near the best point; the multipliers give a lower bound.
   bool bundle_step() {
     const auto cuts = static_cast<Eigen::Index>(objective_cuts_.size());
-    QuadraticProgram program;
+    numerics::QuadraticProgram program;
     program.hessian = MatrixX::Identity(n_ + 1, n_ + 1) * curvature_;
     program.hessian(n_, n_) = epigraph_curvature;
     program.gradient = -program.hessian.col(n_) * (best_.value / objective_scale_);
@@ -214,7 +214,8 @@ class BundleNewtonMethod {
   }
 
   /// Minimises the Lagrangian with the program's multipliers over the box.
-  void update_lower_bound(const QuadraticProgram& program, const QuadraticOptimum& optimum, Eigen::Index cuts) {
+  void update_lower_bound(const numerics::QuadraticProgram& program, const numerics::QuadraticOptimum& optimum,
+                          Eigen::Index cuts) {
     const VectorX& z = optimum.inequality_multipliers;
     const auto first = program.inequality_lower_bounds.size() - cuts,
                p = static_cast<Eigen::Index>(constraint_cuts_.size());

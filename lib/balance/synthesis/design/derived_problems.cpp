@@ -109,14 +109,14 @@ class PhaseOneModel final : public DesignModelDecorator {
             .can_fix_geometry = base_capabilities.can_fix_geometry};
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                  const FreeSprings& loose) const override {
+                                  const dynamics::FreeSprings& loose) const override {
     const FixedVariables fixed{x, free};
     return make_violation_objective(model().limits_at_geometry(x, free, loose), [this, fixed, loose](const VectorX& u) {
-      return parameter_values(build_mechanism(fixed.all(u)), loose);
+      return dynamics::parameter_values(build_mechanism(fixed.all(u)), loose);
     });
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& /*x*/, const std::vector<int>& /*free*/,
-                                              const FreeSprings& /*loose*/) const override {
+                                              const dynamics::FreeSprings& /*loose*/) const override {
     return {};
   }
 };
@@ -128,7 +128,7 @@ DesignProblem make_phase_one_problem(const DesignProblem& problem) {
   phase_one.model = std::make_shared<const PhaseOneModel>(problem.model);
   phase_one.objective = make_violation_objective(
       problem.limits, [model = problem.model, loose = problem.options.loose_springs](const VectorX& x) {
-        return parameter_values(model->build_mechanism(x), loose);
+        return dynamics::parameter_values(model->build_mechanism(x), loose);
       });
   phase_one.limits.clear();
   if (phase_one.model->capabilities().has_convex_limits) phase_one.violation_floor = -phase_one_margin;
@@ -156,8 +156,9 @@ bool is_single_design(const DesignProblem& problem) {
 double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x) {
   try {
     return figure.function->evaluate(
-        figure.is_of_parameters() ? parameter_values(problem.model->build_mechanism(x), problem.options.loose_springs)
-                                  : x,
+        figure.is_of_parameters()
+            ? dynamics::parameter_values(problem.model->build_mechanism(x), problem.options.loose_springs)
+            : x,
         nullptr);
   } catch (const SpecError&) {
     return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here

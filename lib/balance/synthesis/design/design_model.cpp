@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -27,7 +27,8 @@ std::string DesignFunction::failure_reason(const VectorX& /*x*/) const { return 
 std::optional<VectorX> max_term_gradient(const std::optional<std::vector<MaxTerm>>& terms, Eigen::Index variables) {
   if (!terms) return std::nullopt;
   VectorX gradient = VectorX::Zero(variables);
-  for (const MaxTerm& term : *terms) gradient += term.weight * term.jacobian.row(max_index(term.values)).transpose();
+  for (const MaxTerm& term : *terms)
+    gradient += term.weight * term.jacobian.row(numerics::max_index(term.values)).transpose();
   if (!gradient.allFinite()) return std::nullopt;
   return gradient;
 }
@@ -51,13 +52,13 @@ std::optional<std::vector<ConvexLimit>> DesignModel::convex_limits(const VectorX
 }
 
 Objective DesignModel::objective_at_geometry(const VectorX& /*x*/, const std::vector<int>& /*free*/,
-                                             const FreeSprings& /*loose*/) const {
+                                             const dynamics::FreeSprings& /*loose*/) const {
   reject_call("objective of one geometry");
 }
 
 std::vector<DesignLimit> DesignModel::limits_at_geometry(const VectorX& /*x*/, const std::vector<int>& /*free*/,
-                                                         const FreeSprings& /*loose*/) const {
+                                                         const dynamics::FreeSprings& /*loose*/) const {
   reject_call("limits of one geometry");
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// weight · the maximum of several smooth functions of the free numbers.
 struct MaxTerm {
@@ -115,9 +115,9 @@ class DesignModel {
   /// The objective if only the variables `free` change and the others stay as in x; it may have properties that the
   /// full objective lacks.
   virtual Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                          const FreeSprings& loose) const;
+                                          const dynamics::FreeSprings& loose) const;
   virtual std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                                      const FreeSprings& loose) const;
+                                                      const dynamics::FreeSprings& loose) const;
 };
 
 /// Forwards to another model everything that a derived class does not override.
@@ -140,11 +140,11 @@ class DesignModelDecorator : public DesignModel {
     return model_->convex_limits(x);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                  const FreeSprings& loose) const override {
+                                  const dynamics::FreeSprings& loose) const override {
     return model_->objective_at_geometry(x, free, loose);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                              const FreeSprings& loose) const override {
+                                              const dynamics::FreeSprings& loose) const override {
     return model_->limits_at_geometry(x, free, loose);
   }
 
@@ -155,4 +155,4 @@ class DesignModelDecorator : public DesignModel {
   std::shared_ptr<const DesignModel> model_;
 };
 
-}  // namespace balance
+}  // namespace balance::design

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// A free number.
 struct DesignVariable {
@@ -46,7 +46,7 @@ struct DesignProblem {
   std::shared_ptr<const DesignModel> model;                    ///< must not be null when the problem is solved
   std::vector<CardinalityConstraint> cardinality_constraints;  ///< optional elements
   /// Variables that must have different sizes. Those of elements that are left out do not count.
-  std::vector<DifferentNumbers> all_different;
+  std::vector<study::DifferentNumbers> all_different;
   std::vector<Goal> goals;  ///< empty: only the objective matters
   ConditionOptions options;
   bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
@@ -63,10 +63,10 @@ struct DesignProblem {
   std::optional<double> violation_floor;
   /// Values to which numbers without effect return [SI]; empty: the start values.
   VectorX settled_values = {};
-  SearchOptions search;
+  study::SearchOptions search;
   /// Called from time to time during a search; false ends the search, which returns its best result so far. May be
   /// null.
   std::function<bool(const SearchProgress&)> on_progress;
 };
 
-}  // namespace balance
+}  // namespace balance::design

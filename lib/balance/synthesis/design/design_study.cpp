@@ -23,7 +23,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -47,8 +47,8 @@ class SpecDesignModel final : public DesignModel {
 
   /// Builds objective and limits of the problem, whose loose springs must be known.
   void build_figures(DesignProblem& problem) {
-    const FreeSprings& loose = loose_ = problem.options.loose_springs;
-    const std::vector<FigureLimit>& limits = space_.start.design.subject_to;
+    const dynamics::FreeSprings& loose = loose_ = problem.options.loose_springs;
+    const std::vector<study::FigureLimit>& limits = space_.start.design.subject_to;
     problem.limits = build_design_limits(space_, limits, space_.start_values(), loose, *motions_);
     convex_limits_ = select_convex_limits(space_, limits);
     if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose, *motions_);
@@ -82,11 +82,11 @@ class SpecDesignModel final : public DesignModel {
     return compute_convex_limits(space_, convex_limits_, loose_, x, *motions_);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                  const FreeSprings& loose) const override {
+                                  const dynamics::FreeSprings& loose) const override {
     return build_objective(space_.fix_others(x, free), terms_, x(free), loose, *motions_);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                              const FreeSprings& loose) const override {
+                                              const dynamics::FreeSprings& loose) const override {
     return build_design_limits(space_.fix_others(x, free), space_.start.design.subject_to, x(free), loose, *motions_);
   }
 
@@ -96,15 +96,15 @@ class SpecDesignModel final : public DesignModel {
   bool is_modular_;
   RequiredMotions required_motions_;
   std::shared_ptr<MotionCache> motions_;
-  FreeSprings loose_;
-  std::vector<FigureLimit> convex_limits_;
+  dynamics::FreeSprings loose_;
+  std::vector<study::FigureLimit> convex_limits_;
   Capabilities capabilities_;
 };
 
 /// @throws std::invalid_argument if numbers that must differ have too few sizes, and no element can be left out
 void check_size_shortage(const Study& study, const std::vector<CardinalityConstraint>& choices) {
-  for (const DifferentNumbers& different : study.design.all_different) {
-    DifferentNumbers present = different;
+  for (const study::DifferentNumbers& different : study.design.all_different) {
+    study::DifferentNumbers present = different;
     for (const CardinalityConstraint& choice : choices)
       for (const OptionalElement& element : choice.elements)
         for (const auto* variables : {&element.variables, &element.own_variables})
@@ -168,7 +168,7 @@ namespace {
 
 RunResult simulate_named_trajectory(const Study& study, const std::string& name) {
   RunResult result;
-  const Trajectory* trajectory = find_by_name(study.trajectories, name);
+  const Trajectory* trajectory = study::find_by_name(study.trajectories, name);
   if (trajectory == nullptr) return result;
   try {
     return simulate(study.mechanism, *trajectory);
@@ -179,8 +179,8 @@ RunResult simulate_named_trajectory(const Study& study, const std::string& name)
 }
 
 MassSummary summarise_mass(const Mechanism& mechanism) {
-  const std::vector<Parameter> parameters = list_parameters(mechanism);
-  const VectorX values = parameter_values(mechanism),
+  const std::vector<dynamics::Parameter> parameters = dynamics::list_parameters(mechanism);
+  const VectorX values = dynamics::parameter_values(mechanism),
                 added = values.cwiseProduct(added_parameter_mask(mechanism, parameters));
   const VectorX mass = mass_coefficients(parameters), inertia = inertia_coefficients(parameters);
   return {mass.dot(values), inertia.dot(values), mass.dot(added), inertia.dot(added)};
@@ -200,7 +200,7 @@ std::string rows_text(const MatrixX& matrix) {
 
 /// "the centre of mass moves by 0.5 times the tool's displacement"
 std::string com_tool_map_note(const Mechanism& mechanism, GoalKind kind) {
-  const ComToolMap law = fit_com_tool_map(mechanism, kind);
+  const conditions::ComToolMap law = conditions::fit_com_tool_map(mechanism, kind);
   const MatrixX& A = law.A;
   if (A.size() == 0) return "";
   const double factor = A.trace() / static_cast<double>(A.rows());
@@ -276,17 +276,17 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
     }
   } else {
     const DesignProblem problem = make_design_problem(space, options);
-    report.outcome = design::solve_with_length_bound(space, options, problem, report.length_bound);
+    report.outcome = solve_with_length_bound(space, options, problem, report.length_bound);
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
 
   measure_design(space, report);
   // With load cases, the figure is the maximum or mean over the cases.
   if (space.start.design.cases.size() == 0 && report.outcome.x.size() > 0)
-    report.robust = robust_terms(space, report.outcome.x,
-                                 options.minimize.empty() ? space.start.design.minimize : options.minimize);
-  for (const RobustTerm& one : report.robust)
-    for (const IncompatibleParameter& parameter : one.figure.incompatible_parameters) {
+    report.robust = tolerance::robust_terms(space, report.outcome.x,
+                                            options.minimize.empty() ? space.start.design.minimize : options.minimize);
+  for (const tolerance::RobustTerm& one : report.robust)
+    for (const tolerance::IncompatibleParameter& parameter : one.figure.incompatible_parameters) {
       const std::string note = format_incompatibility_note(parameter);
       if (std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end()) report.notes.push_back(note);
     }
@@ -309,4 +309,4 @@ DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions
   return compute_design_report(space, watched);
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 // Results of a design for several load cases.
 
@@ -28,10 +28,11 @@ struct LoadCaseRun {
 };
 
 struct LoadCaseReport {
-  VectorX loads;                           ///< values of LoadCases::numbers
-  VectorX x;                               ///< values of the spec's free numbers at this load
-  double residual = 0;                     ///< maximum scaled residual of the goal's conditions; 0 without a goal
-  std::vector<PeakEffort> static_efforts;  ///< peak effort of each actuator over random poses; zero efforts are omitted
+  VectorX loads;        ///< values of LoadCases::numbers
+  VectorX x;            ///< values of the spec's free numbers at this load
+  double residual = 0;  ///< maximum scaled residual of the goal's conditions; 0 without a goal
+  std::vector<conditions::PeakEffort>
+      static_efforts;  ///< peak effort of each actuator over random poses; zero efforts are omitted
   std::vector<LoadCaseRun> runs;
 };
 
@@ -60,7 +61,7 @@ struct DesignStudyOptions {
   std::vector<Goal> goals;              ///< empty: the spec's; if the spec has none: only `minimize`
   std::vector<std::string> excluded;    ///< elements that the goals ignore (ConditionOptions)
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
-  SearchOptions search;
+  study::SearchOptions search;
   bool is_single_pass = false;                             ///< as in DesignProblem
   VectorX settled_values = {};                             ///< as in DesignProblem
   std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
@@ -91,8 +92,9 @@ struct DesignReport {
   std::vector<CardinalityConstraint> cardinality_constraints;  ///< of design.choose, in the order of outcome.selection
   std::vector<LoadCaseReport> load_cases;                      ///< of design.cases; empty: a single load
   std::optional<AdaptiveReport> adaptive;                      ///< if there are adapted numbers
-  std::vector<RobustTerm> robust;  ///< minimised terms with means and deviations, at the design; none with load cases
-  std::optional<LengthBound> length_bound;  ///< over all lengths; none: it does not apply
+  std::vector<tolerance::RobustTerm>
+      robust;  ///< minimised terms with means and deviations, at the design; none with load cases
+  std::optional<certificate::LengthBound> length_bound;  ///< over all lengths; none: it does not apply
   std::vector<std::string> notes;
 };
 
@@ -102,5 +104,13 @@ struct DesignReport {
 /// of the objective does not exist; for a front (compute_pareto_front) unless the options specify an objective; for
 /// load cases that change gravity or are combined with the goals proportional and affine or the modular strategy
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options);
+
+}  // namespace balance::design
+
+namespace balance {
+
+using design::DesignReport;
+using design::DesignStudyOptions;
+using design::run_design_study;
 
 }  // namespace balance

@@ -258,9 +258,9 @@ class DiscreteDesign {
         context.classification.has_geometric() ? context.conditions_at(context.scaling.start()) : outcome.conditions;
     const bool has_same_pivots =
         at_start.status == ConditionsStatus::done && at_start.pivots == outcome.conditions.pivots;
-    outcome.residuals_before =
-        scaled_residuals(has_same_pivots ? at_start : outcome.conditions,
-                         term_values(context.mechanism(context.scaling.start()), context.options.loose_springs));
+    outcome.residuals_before = scaled_residuals(
+        has_same_pivots ? at_start : outcome.conditions,
+        conditions::term_values(context.mechanism(context.scaling.start()), context.options.loose_springs));
     outcome.condition_variables =
         find_condition_variables(context, outcome.conditions, context.scaling.to_unit(outcome.x));
     std::erase_if(outcome.unmet_fixed_conditions,

@@ -20,7 +20,7 @@ MatrixX restrict_to_null_space(const MatrixX& basis, const MatrixX& rows, double
   const MatrixX projected = rows * basis;
   const double size = rows.norm();
   if (!(size > 0)) return basis;
-  const SingularValueDecomposition svd(projected, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(projected, Eigen::ComputeFullV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > tolerance * size) ++rank;
   return basis * svd.matrixV().rightCols(basis.cols() - rank);
@@ -49,7 +49,7 @@ MatrixX span_feasible_directions(const MatrixX& basis, const MatrixX& limits) {
   const auto k = basis.cols(), m = limits.rows();
   if (k == 0 || m == 0) return basis;
   // Maximises the number of limits that are left by 1; a slack that stays 0 means that no direction leaves the limit.
-  LinearProgram program(k + m);
+  numerics::LinearProgram program(k + m);
   program.lower.tail(m).setZero();
   program.upper.tail(m).setOnes();
   program.cost.tail(m).setConstant(-1);
@@ -60,10 +60,10 @@ MatrixX span_feasible_directions(const MatrixX& basis, const MatrixX& limits) {
     if (size > null_space_tolerance * limits.row(row).norm())
       coefficients.head(k) = projected.row(row).transpose() / size;
     coefficients[k + row] = -1;
-    program.add_row(0, coefficients, no_bound);
+    program.add_row(0, coefficients, numerics::no_bound);
   }
-  const LinearProgramSolution solution = solve_linear_program(program);
-  if (solution.status != LinearProgramStatus::optimal) return basis;
+  const numerics::LinearProgramSolution solution = solve_linear_program(program);
+  if (solution.status != numerics::LinearProgramStatus::optimal) return basis;
   std::vector<Eigen::Index> equality_rows;
   for (Eigen::Index row = 0; row < m; ++row)
     if (solution.x[k + row] < 0.5) equality_rows.push_back(row);

@@ -21,8 +21,8 @@ namespace balance::design {
 /// Features as polynomials of degree four or less in unit coordinates, interpolated from few samples and verified at
 /// others.
 /// @return std::nullopt if they are not such polynomials or if too many variables interact
-std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& classification,
-                                                        const std::function<VectorX(const VectorX& u)>& features);
+std::optional<numerics::SparsePolynomial> fit_feature_polynomials(
+    const VariableClassification& classification, const std::function<VectorX(const VectorX& u)>& features);
 
 namespace {
 
@@ -91,7 +91,7 @@ class PolynomialFit {
     for (const VectorX& sample : classification.perturbed_features) size_ = size_.cwiseMax(sample.cwiseAbs());
   }
 
-  std::optional<SparsePolynomial> run() {
+  std::optional<numerics::SparsePolynomial> run() {
     if (!classification_.base_features.allFinite()) return std::nullopt;
     find_groups();
     if (!find_interactions()) return std::nullopt;
@@ -190,13 +190,13 @@ class PolynomialFit {
                     : interpolation_nodes[e];
   }
 
-  std::optional<SparsePolynomial> fit(int degree) {
+  std::optional<numerics::SparsePolynomial> fit(int degree) {
     std::vector<std::vector<SamplePoint>> settings(groups_.size());
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const auto& v : groups_[g].interacting)
         for (const Exponents& e : exponents(v, degree)) settings[g].push_back(setting_at(v, e));
     if (!sample(settings)) return std::nullopt;
-    PolynomialBuilder collector(static_cast<int>(size_.size()));
+    numerics::PolynomialBuilder collector(static_cast<int>(size_.size()));
     for (int f = 0; f < size_.size(); ++f) collector.add({}, f, classification_.base_features[f]);
     for (const VariableGroup& group : groups_)
       for (const auto& v : group.interacting) interpolate(group, v, exponents(v, degree), collector);
@@ -219,7 +219,7 @@ class PolynomialFit {
   }
 
   void interpolate(const VariableGroup& group, const std::vector<int>& v, const std::vector<Exponents>& all,
-                   PolynomialBuilder& collector) const {
+                   numerics::PolynomialBuilder& collector) const {
     const std::vector<int>& features = group.features;
     const auto n = static_cast<Eigen::Index>(all.size());
     MatrixX vandermonde(n, n), right(n, static_cast<Eigen::Index>(features.size()));
@@ -238,7 +238,7 @@ class PolynomialFit {
     MatrixX c = factors.solve(right);
     c += factors.solve(right - vandermonde * c);
     for (Eigen::Index k = 0; k < n; ++k) {
-      Monomial monomial;
+      numerics::Monomial monomial;
       for (std::size_t i = 0; i < v.size(); ++i)
         if (all[static_cast<std::size_t>(k)][i] > 0) monomial.emplace_back(v[i], all[static_cast<std::size_t>(k)][i]);
       for (std::size_t f = 0; f < features.size(); ++f) {
@@ -249,12 +249,12 @@ class PolynomialFit {
   }
 
   std::pair<VectorX, VectorX> check_point(int which) {
-    UniformRandom random(static_cast<std::uint64_t>(which));
+    numerics::UniformRandom random(static_cast<std::uint64_t>(which));
     const VectorX u = random.sample_point(n_);
     return {u, features_(u)};
   }
 
-  bool is_confirmed(const SparsePolynomial& polynomial) const {
+  bool is_confirmed(const numerics::SparsePolynomial& polynomial) const {
     return std::all_of(checks_.begin(), checks_.end(), [&](const auto& check) {
       VectorX values;
       polynomial.evaluate(check.first, values, nullptr);
@@ -272,8 +272,8 @@ class PolynomialFit {
 
 }  // namespace
 
-std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& classification,
-                                                        const std::function<VectorX(const VectorX& u)>& features) {
+std::optional<numerics::SparsePolynomial> fit_feature_polynomials(
+    const VariableClassification& classification, const std::function<VectorX(const VectorX& u)>& features) {
   return PolynomialFit(classification, features).run();
 }
 
@@ -289,7 +289,7 @@ FeatureMap::FeatureMap(const VariableScaling& scaling, const DesignProblem& prob
 
 VectorX FeatureMap::evaluate_from_mechanism(const VectorX& u) const {
   try {
-    return design::compute_features(problem_.model->build_mechanism(scaling_.to_variables(u)), loose_);
+    return compute_features(problem_.model->build_mechanism(scaling_.to_variables(u)), loose_);
   } catch (const SpecError&) {
     return VectorX::Constant(features_, std::numeric_limits<double>::quiet_NaN());
   }

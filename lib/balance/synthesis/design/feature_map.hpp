@@ -16,7 +16,7 @@ class FeatureMap {
 
   int feature_count() const { return features_; }
   /// In unit coordinates; std::nullopt if some feature is not a polynomial of degree four or less.
-  const std::optional<SparsePolynomial>& polynomial() const { return polynomial_; }
+  const std::optional<numerics::SparsePolynomial>& polynomial() const { return polynomial_; }
   /// Features and their derivatives (rows) with respect to unit coordinates.
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
   /// Computed from the mechanism itself, to full precision; NaN if an expression of the spec has no value.
@@ -25,9 +25,9 @@ class FeatureMap {
  private:
   const VariableScaling& scaling_;
   const DesignProblem& problem_;
-  FreeSprings loose_;
+  dynamics::FreeSprings loose_;
   int features_;
-  std::optional<SparsePolynomial> polynomial_;
+  std::optional<numerics::SparsePolynomial> polynomial_;
 };
 
 /// Jacobian by central differences within the box; the relative error is about 1e-10.

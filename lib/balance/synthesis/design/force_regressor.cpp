@@ -8,7 +8,9 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::design {
+
+using kinematics::MotionStepper;
 
 namespace {
 
@@ -28,7 +30,7 @@ void write_energy_row(double w, const Vector2& v, double* out) {
 
 void write_energy_row(const Vector3& w, const Vector3& v, double* out) {
   out[0] = 0.5 * v.squaredNorm();
-  const Vector3 moment = cross(v, w);  // v · (ω × r) = r · (v × ω)
+  const Vector3 moment = kinematics::cross(v, w);  // v · (ω × r) = r · (v × ω)
   for (int i = 0; i < 3; ++i) out[1 + i] = moment[i], out[4 + i] = 0.5 * w[i] * w[i];
   out[7] = w.x() * w.y();
   out[8] = w.x() * w.z();
@@ -38,12 +40,12 @@ void write_energy_row(const Vector3& w, const Vector3& v, double* out) {
 }  // namespace
 
 template <class S>
-ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
-                                  const FreeSprings& loose)
+ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, int freedoms,
+                                  const Vector3& about, const dynamics::FreeSprings& loose)
     : mechanism_(mechanism),
       tree_(tree),
-      gravity_(to_vector<S>(mechanism.gravity)),
-      about_(to_vector<S>(about)),
+      gravity_(kinematics::to_vector<S>(mechanism.gravity)),
+      about_(kinematics::to_vector<S>(about)),
       inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
       loads_mechanism_(extract_loads(mechanism)),
       loads_(loads_mechanism_, tree),
@@ -77,17 +79,18 @@ bool ForceRegressor<S>::evaluate_vector(MotionStepper<S>& stepper, const CostQua
     kinetic_energy(stepper.state(), rows);
     return true;
   }
-  InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
+  dynamics::InertiaRegressor<S> momentum =
+      compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
   if (quantity.kind == Kind::shaking_moment) shift_moment_point(quantity, momentum.force, momentum.moment);
   rows.leftCols(inertial_) = quantity.kind == Kind::shaking_force ? momentum.force : momentum.moment;
   return true;
 }
 
 template <class S>
-InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepper,
-                                                         const typename S::Vector& base) const {
-  compute_accelerations<S>(tree_, stepper.dy(), stepper.ddy(), base, stepper.state());
-  return balance::compute_regressor(tree_, stepper.state());
+dynamics::InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepper,
+                                                                   const typename S::Vector& base) const {
+  kinematics::compute_accelerations<S>(tree_, stepper.dy(), stepper.ddy(), base, stepper.state());
+  return dynamics::compute_regressor(tree_, stepper.state());
 }
 
 /// The tree's generalised forces: Y π + torques of springs, loads and friction.
@@ -108,7 +111,7 @@ bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& qu
   rows.noalias() = projection_.middleRows(first, count) * tau_;
   if (quantity.kind == CostQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
-    const LinearQuantity& source =
+    const kinematics::LinearQuantity& source =
         tree_.coordinate_expressions[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
     rows.row(a) *= source.rate(stepper.dy());
   }
@@ -121,19 +124,19 @@ void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<Ve
   tau.setZero();
   if (!loads_.is_empty()) {
     for (auto& wrench : wrenches_) wrench = {};
-    Wrench<S> total, loads;
+    dynamics::Wrench<S> total, loads;
     loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
     compute_wrench_forces(tree_, stepper.state(), wrenches_, tau.data());
   }
   if (!mechanism_.friction.empty())
-    add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
+    dynamics::add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
 /// The reactions that wrenches on the nodes cause without loops, and those that closures have exerted already.
 /// @param wrenches minus the wrenches on the nodes; overwritten
 template <class S>
-VectorX ForceRegressor<S>::read_reactions(const TreeState<S>& state, const CostQuantity& quantity,
-                                          std::vector<Wrench<S>>& wrenches) {
+VectorX ForceRegressor<S>::read_reactions(const kinematics::TreeState<S>& state, const CostQuantity& quantity,
+                                          std::vector<dynamics::Wrench<S>>& wrenches) {
   VectorX unused(tree_.columns);
   compute_wrench_forces(tree_, state, wrenches, unused.data());
   compute_joint_reactions(mechanism_, tree_, state, wrenches, reactions_);
@@ -172,21 +175,21 @@ MatrixX ForceRegressor<S>::multiplier_reactions(MotionStepper<S>& stepper, const
 template <class S>
 bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   evaluate_generalised_forces(stepper);
-  const TreeState<S>& state = stepper.state();
-  const auto read = [&](std::vector<Wrench<S>>& wrenches) {
+  const kinematics::TreeState<S>& state = stepper.state();
+  const auto read = [&](std::vector<dynamics::Wrench<S>>& wrenches) {
     reactions_.joint_force.assign(mechanism_.joints.size(), Vector3::Zero());
     reactions_.joint_moment = reactions_.joint_force;
     return read_reactions(state, quantity, wrenches);
   };
   for (auto& wrench : wrenches_) wrench = {};
-  Wrench<S> total, loads;
+  dynamics::Wrench<S> total, loads;
   loads_.subtract(state, stepper.time(), wrenches_, total, loads);
   const VectorX constant = read(wrenches_);
   rows.setZero(constant.size(), columns());
   rows.rightCols(1) = constant;
-  const UnitWrenches<S> unit_wrenches = compute_unit_wrenches(tree_, state);
+  const dynamics::UnitWrenches<S> unit_wrenches = dynamics::compute_unit_wrenches(tree_, state);
   for (std::size_t p = 0; p < unit_wrenches.size(); ++p) {
-    const NodeId node = tree_.mass_elements[p / S::inertial_parameter_count].frame.node;
+    const kinematics::NodeId node = tree_.mass_elements[p / S::inertial_parameter_count].frame.node;
     if (node == 0) continue;
     for (auto& wrench : wrenches_) wrench = {};
     wrenches_[node] = unit_wrenches[p];
@@ -207,10 +210,10 @@ bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuan
 /// Shifts moments from the origin of the world to the moment reference point.
 template <class S>
 void ForceRegressor<S>::shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const {
-  const typename S::Vector about = quantity.about ? to_vector<S>(*quantity.about) : about_;
+  const typename S::Vector about = quantity.about ? kinematics::to_vector<S>(*quantity.about) : about_;
   for (Eigen::Index p = 0; p < force.cols(); ++p) {
     const typename S::Vector f = force.col(p);
-    const Vector3 shift = angular_to_3d(cross(about, f));
+    const Vector3 shift = kinematics::angular_to_3d(kinematics::cross(about, f));
     for (int i = 0; i < S::angular_dimension; ++i) moment(i, p) -= shift[S::angular_dimension == 1 ? 2 : i];
   }
 }
@@ -218,11 +221,11 @@ void ForceRegressor<S>::shift_moment_point(const CostQuantity& quantity, const M
 /// Force or moment on the ground: weight and loads minus the rate of momentum.
 template <class S>
 void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
-  const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
+  const dynamics::InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
   MatrixX force = MatrixX::Zero(S::dimension, columns());
   force.leftCols(inertial_) = -exerted.force;
   for (auto& wrench : wrenches_) wrench = {};
-  Wrench<S> total, loads;
+  dynamics::Wrench<S> total, loads;
   loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
   force.rightCols(1) = loads.force;
   if (quantity.kind == CostQuantity::Kind::ground_force) {
@@ -231,35 +234,36 @@ void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const CostQua
   }
   rows.setZero(S::angular_dimension, columns());
   rows.leftCols(inertial_) = -exerted.moment;
-  const Vector3 load_moment = angular_to_3d(loads.moment);
+  const Vector3 load_moment = kinematics::angular_to_3d(loads.moment);
   for (int i = 0; i < S::angular_dimension; ++i)
     rows(i, columns() - 1) = load_moment[S::angular_dimension == 1 ? 2 : i];
   shift_moment_point(quantity, force, rows);
 }
 
 template <class S>
-void ForceRegressor<S>::kinetic_energy(const TreeState<S>& state, MatrixX& rows) const {
+void ForceRegressor<S>::kinetic_energy(const kinematics::TreeState<S>& state, MatrixX& rows) const {
   double out[S::inertial_parameter_count];
   for (std::size_t e = 0; e < tree_.mass_elements.size(); ++e) {
-    const FixedFrame<S>& frame = tree_.mass_elements[e].frame;
+    const kinematics::FixedFrame<S>& frame = tree_.mass_elements[e].frame;
     if (frame.node == 0) continue;
-    const NodeState<S>& node = state[frame.node];
+    const kinematics::NodeState<S>& node = state[frame.node];
     const typename S::Angular w = node.angular_velocity;
-    const typename S::Vector v = rotate_inverse(frame.R_N, typename S::Vector(node.velocity + cross(w, frame.p_N)));
+    const typename S::Vector v =
+        rotate_inverse(frame.R_N, typename S::Vector(node.velocity + kinematics::cross(w, frame.p_N)));
     write_energy_row(rotate_inverse(frame.R_N, w), v, out);
     for (int k = 0; k < S::inertial_parameter_count; ++k)
       rows(0, static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k) = out[k];
   }
 }
 
-template class ForceRegressor<Planar>;
-template class ForceRegressor<Spatial>;
+template class ForceRegressor<kinematics::Planar>;
+template class ForceRegressor<kinematics::Spatial>;
 
 namespace {
 
 std::optional<CostQuantity> find_actuator_quantity(const Mechanism& mechanism, const std::string& name) {
   const CostQuantity::Kind kind =
-      effort_array_name(name) == "power" ? CostQuantity::Kind::power : CostQuantity::Kind::torque;
+      results::effort_array_name(name) == "power" ? CostQuantity::Kind::power : CostQuantity::Kind::torque;
   const std::vector<CoordinateId>& actuators = mechanism.actuators;
   const auto kind_of = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
   const std::size_t bracket = name.find('[');
@@ -283,7 +287,7 @@ std::optional<CostQuantity> find_whole_quantity(const Mechanism& mechanism, cons
     if (all) all->is_combined = true;
     return all;
   }
-  if (const std::string stem = effort_array_name(name); stem == "torque" || stem == "power")
+  if (const std::string stem = results::effort_array_name(name); stem == "torque" || stem == "power")
     return find_actuator_quantity(mechanism, name);
   constexpr std::pair<const char*, Kind> named_cost_quantities[] = {
       {"shaking_force", Kind::shaking_force},  {"shaking_moment", Kind::shaking_moment},
@@ -312,10 +316,10 @@ std::vector<std::string> list_components(const Mechanism& mechanism, const CostQ
     case Kind::kinetic_energy: return {};
     case Kind::shaking_force:
     case Kind::ground_force:
-    case Kind::joint_force: return axis_labels(is_planar ? 2 : 3);
+    case Kind::joint_force: return results::axis_labels(is_planar ? 2 : 3);
     case Kind::shaking_moment:
     case Kind::ground_moment:
-    case Kind::joint_moment: return is_planar ? std::vector<std::string>{"z"} : axis_labels(3);
+    case Kind::joint_moment: return is_planar ? std::vector<std::string>{"z"} : results::axis_labels(3);
   }
   return {};
 }
@@ -324,9 +328,9 @@ std::vector<std::string> list_components(const Mechanism& mechanism, const CostQ
 
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
   using Kind = CostQuantity::Kind;
-  const auto [moment, point] = split_moment_point(name);
+  const auto [moment, point] = results::split_moment_point(name);
   std::optional<CostQuantity> quantity = find_whole_quantity(mechanism, moment);
-  if (const auto [stem, label] = split_component(moment); !quantity && !stem.empty()) {
+  if (const auto [stem, label] = results::split_component(moment); !quantity && !stem.empty()) {
     quantity = find_whole_quantity(mechanism, stem);
     if (!quantity || (quantity->of_joints() && !quantity->member)) return std::nullopt;
     const std::vector<std::string> components = list_components(mechanism, *quantity);
@@ -335,11 +339,11 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
     quantity->component = static_cast<int>(component - components.begin());
   }
   if (!quantity || point.empty()) return quantity;
-  const std::optional<Landmark> landmark = find_landmark(mechanism, point);
+  const std::optional<model::Landmark> landmark = find_landmark(mechanism, point);
   if (!landmark || (quantity->kind != Kind::shaking_moment && quantity->kind != Kind::ground_moment))
     return std::nullopt;
-  const BodyPoint about = locate_landmark(mechanism, *landmark);
-  if (about.body != ground) return std::nullopt;
+  const model::BodyPoint about = locate_landmark(mechanism, *landmark);
+  if (about.body != model::ground) return std::nullopt;
   quantity->about = about.position;
   return quantity;
 }
@@ -356,7 +360,8 @@ Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero(
 }  // namespace
 
 template <class S>
-SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose)
+SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
+                                    const dynamics::FreeSprings& loose)
     : tree_(tree), mechanism_(mechanism), wrenches_(tree.nodes.size()) {
   constexpr Eigen::Index d = S::dimension;
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
@@ -394,19 +399,19 @@ void SpringRegressor<S>::add(const Spring& spring) {
 }
 
 template <class S>
-VectorX SpringRegressor<S>::value_of(const UnitSpring& spring, const TreeState<S>& state,
+VectorX SpringRegressor<S>::value_of(const UnitSpring& spring, const kinematics::TreeState<S>& state,
                                      const WrenchFunction& function) {
   for (auto& wrench : wrenches_) wrench = {};
-  Wrench<S> total, loads;
+  dynamics::Wrench<S> total, loads;
   spring.subtract(state, 0, wrenches_, total, loads);
   return function(wrenches_);
 }
 
 template <class S>
-void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
+void SpringRegressor<S>::evaluate(const kinematics::TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
   evaluate(
       state,
-      [&](std::vector<Wrench<S>>& wrenches) {
+      [&](std::vector<dynamics::Wrench<S>>& wrenches) {
         VectorX forces(tree_.columns);
         compute_wrench_forces(tree_, state, wrenches, forces.data());
         return forces;
@@ -416,7 +421,7 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Ei
   Eigen::Index column = 0;
   for (std::size_t s = 0; s < kinds_.size(); ++s) {
     if (kinds_[s] == SpringKind::in_joint) {  // k q − preload
-      const LinearQuantity& source = tree_.coordinate_expressions[mechanism_.springs[s].coordinate];
+      const kinematics::LinearQuantity& source = tree_.coordinate_expressions[mechanism_.springs[s].coordinate];
       source.add_generalised_force(source.value(y), torque.col(column).data());
       source.add_generalised_force(-1, torque.col(column + 1).data());
     }
@@ -425,7 +430,7 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Ei
 }
 
 template <class S>
-void SpringRegressor<S>::evaluate(const TreeState<S>& state, const WrenchFunction& function,
+void SpringRegressor<S>::evaluate(const kinematics::TreeState<S>& state, const WrenchFunction& function,
                                   Eigen::Ref<MatrixX> values) {
   constexpr Eigen::Index d = S::dimension;
   std::size_t unit = 0;
@@ -450,8 +455,8 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const WrenchFunctio
 /// With zero free length, the value is k T(a, b), where T is affine in each of the end points a and b (terms quadratic
 /// in one end point are constant in the energy). Its coefficients are differences between unit end points.
 template <class S>
-void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, const WrenchFunction& function,
-                                  Eigen::Ref<MatrixX> values) {
+void SpringRegressor<S>::loose_at(std::size_t first, const kinematics::TreeState<S>& state,
+                                  const WrenchFunction& function, Eigen::Ref<MatrixX> values) {
   constexpr Eigen::Index d = S::dimension;
   MatrixX T(values.rows(), spring_end_points<S> * spring_end_points<S>);
   for (int i = 0; i < spring_end_points<S> * spring_end_points<S>; ++i)
@@ -467,7 +472,7 @@ void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, 
   }
 }
 
-template class SpringRegressor<Planar>;
-template class SpringRegressor<Spatial>;
+template class SpringRegressor<kinematics::Planar>;
+template class SpringRegressor<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::design

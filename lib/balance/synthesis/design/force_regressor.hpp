@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// Generalised forces of springs in tree coordinates, and other linear functions of their wrenches, per unit of their
 /// parameters (listed in mechanics/dynamics/dynamic_parameters.hpp).
@@ -22,42 +22,42 @@ template <class S>
 class SpringRegressor {
  public:
   /// A linear function of wrenches on the nodes, which it may overwrite.
-  using WrenchFunction = std::function<VectorX(std::vector<Wrench<S>>& wrenches)>;
+  using WrenchFunction = std::function<VectorX(std::vector<dynamics::Wrench<S>>& wrenches)>;
 
-  SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose);
+  SpringRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const dynamics::FreeSprings& loose);
 
   /// Number of parameters of all springs.
   Eigen::Index count() const { return count_; }
 
   /// @param state poses in the world @param y tree coordinates
   /// @param torque tree coordinates × count [N m or N per unit]
-  void evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
+  void evaluate(const kinematics::TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
   /// The same for any function of the wrenches of springs between points; zero for springs in joints, which have none.
   /// @param values size of the function × count
-  void evaluate(const TreeState<S>& state, const WrenchFunction& function, Eigen::Ref<MatrixX> values);
+  void evaluate(const kinematics::TreeState<S>& state, const WrenchFunction& function, Eigen::Ref<MatrixX> values);
 
  private:
   /// A spring of stiffness 1 between its own or unit end points.
-  using UnitSpring = ExternalForces<S>;
+  using UnitSpring = dynamics::ExternalForces<S>;
 
   /// Parametrisation of a spring.
   enum class SpringKind { fixed, loose, in_joint };
 
   void add(const Spring& spring);
-  VectorX value_of(const UnitSpring& spring, const TreeState<S>& state, const WrenchFunction& function);
-  void loose_at(std::size_t first, const TreeState<S>& state, const WrenchFunction& function,
+  VectorX value_of(const UnitSpring& spring, const kinematics::TreeState<S>& state, const WrenchFunction& function);
+  void loose_at(std::size_t first, const kinematics::TreeState<S>& state, const WrenchFunction& function,
                 Eigen::Ref<MatrixX> values);
 
-  const Tree<S>& tree_;
+  const kinematics::Tree<S>& tree_;
   const Mechanism& mechanism_;
   std::vector<UnitSpring> unit_springs_;
   std::vector<SpringKind> kinds_;  ///< per spring
   Eigen::Index count_ = 0;
-  std::vector<Wrench<S>> wrenches_;
+  std::vector<dynamics::Wrench<S>> wrenches_;
 };
 
-extern template class SpringRegressor<Planar>;
-extern template class SpringRegressor<Spatial>;
+extern template class SpringRegressor<kinematics::Planar>;
+extern template class SpringRegressor<kinematics::Spatial>;
 
 /// The quantity that a figure is computed from.
 struct CostQuantity {
@@ -90,8 +90,8 @@ template <class S>
 class ForceRegressor {
  public:
   /// @param mechanism, tree must outlive this object
-  ForceRegressor(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
-                 const FreeSprings& loose);
+  ForceRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, int freedoms, const Vector3& about,
+                 const dynamics::FreeSprings& loose);
   ForceRegressor(const ForceRegressor&) = delete;
   ForceRegressor& operator=(const ForceRegressor&) = delete;
 
@@ -104,35 +104,37 @@ class ForceRegressor {
   /// @param rows one per actuator or component × columns() [SI]
   /// For several actuators or joints, their rows follow each other.
   /// @return false if the actuators cannot hold the mechanism
-  bool evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  bool evaluate(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
 
  private:
-  bool evaluate_vector(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  InertiaRegressor<S> compute_regressor(MotionStepper<S>& stepper, const typename S::Vector& base) const;
-  bool torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  void evaluate_generalised_forces(MotionStepper<S>& stepper);
-  void constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
-  bool joint_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  MatrixX multiplier_reactions(MotionStepper<S>& stepper, const CostQuantity& quantity);
-  VectorX read_reactions(const TreeState<S>& state, const CostQuantity& quantity, std::vector<Wrench<S>>& wrenches);
+  bool evaluate_vector(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  dynamics::InertiaRegressor<S> compute_regressor(kinematics::MotionStepper<S>& stepper,
+                                                  const typename S::Vector& base) const;
+  bool torque(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  void evaluate_generalised_forces(kinematics::MotionStepper<S>& stepper);
+  void constant_torque(kinematics::MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
+  bool joint_reaction(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  MatrixX multiplier_reactions(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity);
+  VectorX read_reactions(const kinematics::TreeState<S>& state, const CostQuantity& quantity,
+                         std::vector<dynamics::Wrench<S>>& wrenches);
   void shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const;
-  void ground_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  void kinetic_energy(const TreeState<S>& state, MatrixX& rows) const;
+  void ground_reaction(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  void kinetic_energy(const kinematics::TreeState<S>& state, MatrixX& rows) const;
 
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
+  const kinematics::Tree<S>& tree_;
   typename S::Vector gravity_, about_;
   Eigen::Index inertial_;
   Mechanism loads_mechanism_;  ///< the loads only
-  ExternalForces<S> loads_;
+  dynamics::ExternalForces<S> loads_;
   SpringRegressor<S> springs_;
-  Actuation<S> actuation_;
-  std::vector<Wrench<S>> wrenches_;
+  dynamics::Actuation<S> actuation_;
+  std::vector<dynamics::Wrench<S>> wrenches_;
   MatrixX projection_, tau_;
   Sample reactions_;  ///< of the joints
 };
 
-extern template class ForceRegressor<Planar>;
-extern template class ForceRegressor<Spatial>;
+extern template class ForceRegressor<kinematics::Planar>;
+extern template class ForceRegressor<kinematics::Spatial>;
 
-}  // namespace balance
+}  // namespace balance::design

@@ -7,6 +7,8 @@
 
 namespace balance::design {
 
+using dynamics::ParameterOwner;
+
 namespace {
 
 int inertia_size(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 1 : 6; }
@@ -32,8 +34,8 @@ class ValueCollector {
 
 }  // namespace
 
-std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, const FreeSprings& loose) {
-  int next = static_cast<int>(term_values(mechanism, loose).size());
+std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
+  int next = static_cast<int>(conditions::term_values(mechanism, loose).size());
   std::vector<ElementFeatures> all;
   const auto add = [&](ParameterOwner owner, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -52,9 +54,9 @@ std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, c
   return all;
 }
 
-VectorX compute_features(const Mechanism& mechanism, const FreeSprings& loose) {
+VectorX compute_features(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
   const bool planar = mechanism.space == SpaceKind::planar;
-  const VectorX parameters = term_values(mechanism, loose);
+  const VectorX parameters = conditions::term_values(mechanism, loose);
   ValueCollector collector;
   const auto add = [&](double mass, const Matrix3& inertia) {
     collector.add(mass);
@@ -70,7 +72,7 @@ VectorX compute_features(const Mechanism& mechanism, const FreeSprings& loose) {
   return all;
 }
 
-VectorX collect_geometry(const Mechanism& mechanism, const FreeSprings& loose) {
+VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
   ValueCollector all;
   all.add(mechanism.gravity);
   for (const Joint& joint : mechanism.joints) {
@@ -78,21 +80,21 @@ VectorX collect_geometry(const Mechanism& mechanism, const FreeSprings& loose) {
     all.add(joint.rotation);
     all.add(joint.radius);
   }
-  for (const GeneralisedSpeed& constraint : mechanism.constraints)
-    for (const GeneralisedSpeedTerm& term : constraint.terms) {
+  for (const model::GeneralisedSpeed& constraint : mechanism.constraints)
+    for (const model::GeneralisedSpeedTerm& term : constraint.terms) {
       all.add(term.factor);
       all.add(term.position);
     }
   for (const Coupling& coupling : mechanism.couplings) {
     all.add(coupling.ratio);
-    for (const CoordinateTerm& term : coupling.leader.terms) all.add(term.ratio);
+    for (const model::CoordinateTerm& term : coupling.leader.terms) all.add(term.ratio);
     all.add(coupling.offset);
   }
   for (const Disc& disc : mechanism.discs) {
     all.add(disc.position);
     all.add(disc.axis);
     all.add(disc.ratio);
-    for (const CoordinateTerm& term : disc.follows.terms) all.add(term.ratio);
+    for (const model::CoordinateTerm& term : disc.follows.terms) all.add(term.ratio);
   }
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     const Spring& spring = mechanism.springs[s];
@@ -107,18 +109,18 @@ VectorX collect_geometry(const Mechanism& mechanism, const FreeSprings& loose) {
   return all.finish();
 }
 
-VectorX parameter_scales(const Mechanism& mechanism, const FreeSprings& loose) {
+VectorX parameter_scales(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
-  const VectorX values = term_values(mechanism, loose);
-  const auto all = list_terms(mechanism, loose);
+  const VectorX values = conditions::term_values(mechanism, loose);
+  const auto all = conditions::list_terms(mechanism, loose);
   double stiffness = 0;  // of springs between points, and of torsion springs at a lever arm of the mechanism's length
   for (std::size_t p = 0; p < all.size(); ++p)
-    if (all[p].owner_kind == ParameterOwner::spring && all[p].kind == ParameterKind::stiffness)
+    if (all[p].owner_kind == ParameterOwner::spring && all[p].kind == dynamics::ParameterKind::stiffness)
       stiffness = std::max(
           stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / elementary::pow(length, all[p].length_power));
   VectorX unit(values.size());
   for (std::size_t p = 0; p < all.size(); ++p) {
-    if (is_known_term(all[p])) {
+    if (conditions::is_known_term(all[p])) {
       const double known = std::abs(values[static_cast<Eigen::Index>(p)]);
       unit[static_cast<Eigen::Index>(p)] = known > 0 ? known : 1;
       continue;

@@ -20,6 +20,8 @@
 
 namespace balance::design {
 
+using numerics::NonlinearSystem;
+
 /// A design at one geometry, and the comparison of several.
 struct TrialDesign {
   VectorX u;                 ///< all variables
@@ -223,9 +225,9 @@ class GeometrySearch {
   }
 
   /// Levenberg–Marquardt on some of the variables.
-  static LeastSquaresResult solve_for(const NonlinearSystem& equations, const std::vector<int>& variables,
-                                      const VectorX& u, int iterations = 100) {
-    LeastSquaresResult result =
+  static numerics::LeastSquaresResult solve_for(const NonlinearSystem& equations, const std::vector<int>& variables,
+                                                const VectorX& u, int iterations = 100) {
+    numerics::LeastSquaresResult result =
         solve_levenberg_marquardt(restrict_to_variables(equations, variables, u), u(variables), iterations);
     VectorX all = u;
     all(variables) = result.u;
@@ -292,7 +294,7 @@ class GeometrySearch {
       VectorX u = anchor_;
       u(geometric_variables_) = lengths;
       ++context_.budget.geometries;
-      const LeastSquaresResult descent = solve_inertial_variables(u);
+      const numerics::LeastSquaresResult descent = solve_inertial_variables(u);
       if (descent.values.size() > 0 && context_.infeasibility_reason(descent.u).empty())
         points.emplace_back(descent.values.squaredNorm(), descent.u);
     }
@@ -305,7 +307,7 @@ class GeometrySearch {
   }
 
   /// Gauss–Newton on the variables that do not change the geometry, with the goal's rows at fixed samples.
-  LeastSquaresResult solve_inertial_variables(const VectorX& u) const {
+  numerics::LeastSquaresResult solve_inertial_variables(const VectorX& u) const {
     return solve_for(equations_, inertial_variables_, u, 30);
   }
 
@@ -451,7 +453,7 @@ class GeometrySearch {
   std::optional<VectorX> balanced_without_value_;
   /// Least figure of a design that is exact without any loss against its relaxation, hence optimal for its lengths.
   double tight_figure_ = std::numeric_limits<double>::infinity();
-  LeastSquaresResult best_descent_;
+  numerics::LeastSquaresResult best_descent_;
   std::vector<VectorX> unbalanced_candidates_;
   std::vector<std::pair<double, VectorX>> samples_;
 };
@@ -499,9 +501,9 @@ bool TrialEvaluator::is_balanced(const VectorX& u) const {
   if (conditions.status != ConditionsStatus::done || !context_.is_admissible(u)) return false;
   if (conditions.parameter_rows() == 0) return true;
   const VectorX residual =
-      scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
+      scaled_residuals(conditions, conditions::term_values(context_.mechanism(u), context_.options.loose_springs))
           .head(conditions.parameter_rows());
-  return max_abs(residual) < condition_tolerance;
+  return numerics::max_abs(residual) < condition_tolerance;
 }
 
 void TrialEvaluator::evaluate_figures(TrialDesign& trial) const {

@@ -25,7 +25,7 @@ struct GeometrySearchResult {
 /// @param equations make_geometry_equations at the anchor; may be empty
 /// @param objective nullptr: no objective
 GeometrySearchResult search_geometry(const SolverContext& context, const VectorX& anchor,
-                                     const NonlinearSystem& equations, const ScaledObjective* objective);
+                                     const numerics::NonlinearSystem& equations, const ScaledObjective* objective);
 
 /// Unit coordinates at which the mechanism can be assembled and follows its required motions: the start or a point near
 /// it. std::nullopt if none is found.

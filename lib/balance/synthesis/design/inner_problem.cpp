@@ -116,7 +116,7 @@ InnerSolution InnerProblem::solve_at(const VectorX& u) const {
   if (wants_residual()) basis = builder.add_residual(target_ == Target::both ? residual_penalty : 1);
   solution.program = builder.build(solution.pieces);
   solution.cone = solve_cone_program(solution.program);
-  if (solution.cone.status != ConeStatus::optimal) return solution;
+  if (solution.cone.status != numerics::ConeStatus::optimal) return solution;
   solution.is_found = true;
   solution.unknowns = solution.cone.x.head(builder.unknowns());
   evaluate_solution(*data, solution);
@@ -134,7 +134,7 @@ void InnerProblem::evaluate_solution(const InnerData& data, InnerSolution& solut
   for (const auto& [figure, scale, limit] : data.figures)
     (limit < 0 ? solution.figure : violations[limit]) += figure.weight * figure(w) / (limit < 0 ? 1 : scale);
   if (data.violation_floor)
-    solution.value = solution.figure = std::max(*data.violation_floor, max_coefficient(violations));
+    solution.value = solution.figure = std::max(*data.violation_floor, numerics::max_coefficient(violations));
   else
     solution.value = solution.figure / figure_scale_ + limit_penalty * violations.cwiseMax(0).sum();
   if (!wants_residual()) return;
@@ -147,7 +147,7 @@ double InnerProblem::lagrangian(const InnerSolution& solution, const InnerData& 
   const VectorX &z = solution.cone.multipliers, &w = solution.unknowns;
   VectorX homogeneous(w.size() + 1);
   homogeneous << w, 1;
-  const ConeProgram& limits = data.terms.constraints;
+  const numerics::ConeProgram& limits = data.terms.constraints;
   const Eigen::Index linear = limits.linear_rows, cones = limits.rhs.size() - linear;
   const VectorX slack = limits.matrix * w - limits.rhs;
   double sum =
@@ -201,7 +201,7 @@ MatrixX InnerProblem::reduced_jacobian(const InnerSolution& solution) const {
   const std::optional<InnerData> data = make_data(solution.u);
   const MatrixX free = free_directions(solution);
   if (!data || free.cols() == 0 || !slopes.allFinite()) return slopes;
-  const SingularValueDecomposition svd(data->rows * free, Eigen::ComputeThinU);
+  const numerics::SingularValueDecomposition svd(data->rows * free, Eigen::ComputeThinU);
   const VectorX& s = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < s.size() && s[rank] > weak_direction_threshold * std::sqrt(solution.residual) * s[0] && s[rank] > 1e-14)
@@ -215,7 +215,7 @@ MatrixX InnerProblem::reduced_jacobian(const InnerSolution& solution) const {
 MatrixX InnerProblem::free_directions(const InnerSolution& solution) const {
   const Eigen::Index n = solution.unknowns.size();
   const VectorX &z = solution.cone.multipliers, &s = solution.cone.slack;
-  const SecondOrderCone cone(solution.program.linear_rows, solution.program.cone_sizes);
+  const numerics::SecondOrderCone cone(solution.program.linear_rows, solution.program.cone_sizes);
   std::vector<VectorX> normals;
   for (Eigen::Index i = 0; i < solution.program.linear_rows; ++i)
     if (z[i] > std::max(s[i], 1e-9)) normals.push_back(solution.program.matrix.row(i).head(n).transpose());
@@ -230,7 +230,7 @@ MatrixX InnerProblem::free_directions(const InnerSolution& solution) const {
   MatrixX normal_matrix(n, static_cast<Eigen::Index>(normals.size()));
   for (std::size_t k = 0; k < normals.size(); ++k)
     normal_matrix.col(static_cast<Eigen::Index>(k)) = normals[k].normalized();
-  ColumnPivotingQr qr(normal_matrix);
+  numerics::ColumnPivotingQr qr(normal_matrix);
   qr.setThreshold(1e-9);
   const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
   return q.rightCols(n - qr.rank());
@@ -316,7 +316,7 @@ InnerProgramBuilder::InnerProgramBuilder(const InnerData& data, bool figures, bo
       limit_rows_(MatrixX::Zero(data.limit_bounds.size(), variables_)) {}
 
 void InnerProgramBuilder::add_unknown_constraints() {
-  const ConeProgram& limits = data_.terms.constraints;
+  const numerics::ConeProgram& limits = data_.terms.constraints;
   rows_.add_inequalities(pad_columns(limits.matrix.topRows(limits.linear_rows)), limits.rhs.head(limits.linear_rows));
   Eigen::Index row = limits.linear_rows;
   for (const Eigen::Index size : limits.cone_sizes) {
@@ -382,7 +382,7 @@ MatrixX InnerProgramBuilder::add_residual(double weight) {
   return compressed.basis;
 }
 
-ConeProgram InnerProgramBuilder::build(std::vector<FigureRows>& pieces) const {
+numerics::ConeProgram InnerProgramBuilder::build(std::vector<FigureRows>& pieces) const {
   for (FigureRows& piece : pieces)
     if (piece.first < 0) piece.first = rows_.linear_row_count() + (-1 - piece.first);
   return rows_.build(cost_);

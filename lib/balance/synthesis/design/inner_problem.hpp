@@ -60,7 +60,7 @@ class InnerProgramBuilder {
   Eigen::Index add_limits(double weight);
   /// @return orthonormal basis in which the rows after the residual's epigraph represent R w − r
   MatrixX add_residual(double weight);
-  ConeProgram build(std::vector<FigureRows>& pieces) const;
+  numerics::ConeProgram build(std::vector<FigureRows>& pieces) const;
 
   Eigen::Index unknowns() const { return n_; }
   /// First row of the residual in the slack.
@@ -74,7 +74,7 @@ class InnerProgramBuilder {
 
   const InnerData& data_;
   Eigen::Index n_, variables_, epigraph_, residual_row_ = 0;
-  ConeProgramBuilder rows_;
+  numerics::ConeProgramBuilder rows_;
   VectorX cost_, limit_rhs_;  ///< right-hand sides of the limits
   MatrixX limit_rows_;        ///< their rows
 };
@@ -85,8 +85,8 @@ struct InnerSolution {
   VectorX unknowns;                            ///< w
   VectorX residual_vector;                     ///< R w − r
   double residual = 0, figure = 0, value = 0;  ///< |R w − r|, weighted sum [SI], minimised value
-  ConeProgram program;
-  ConeSolution cone;
+  numerics::ConeProgram program;
+  numerics::ConeSolution cone;
   std::vector<FigureRows> pieces;    ///< of the figures
   Eigen::Index first_limit_row = 0;  ///< in the multipliers
   VectorX residual_multipliers;      ///< of `residual_vector`
@@ -126,7 +126,7 @@ class InnerProblem {
   const ConvexMassModel& model_;
   Target target_;
   double figure_scale_, limit_margin_;
-  std::optional<GoalResidual> goal_;
+  std::optional<conditions::GoalResidual> goal_;
 };
 
 }  // namespace balance::design

@@ -12,6 +12,8 @@
 
 namespace balance::design {
 
+using certificate::LengthBound;
+
 namespace {
 
 /// Part of the time of a design for the bound before the search, and its limit [s].
@@ -80,10 +82,10 @@ class BoundedSearch {
       : space_(space),
         problem_(problem),
         keeps_certificates_(keeps_certificates),
-        followed_(list_followed_trajectories(space)),
+        followed_(certificate::list_followed_trajectories(space)),
         choices_(list_choices(problem)),
         max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
-        judge_(make_length_design_judge(space, followed_)),
+        judge_(certificate::make_length_design_judge(space, followed_)),
         bound_(space, *judge_, bound_options()),
         start_time_(thread_cpu_time()) {}
 
@@ -108,10 +110,10 @@ class BoundedSearch {
 
   /// How many elements suffice, if the requested numbers do not.
   std::optional<LengthBound> find_required_count() {
-    LengthBoundOptions options = bound_options();
+    certificate::LengthBoundOptions options = bound_options();
     for (certificate::ElementChoice& choice : options.choices) choice.max_count = -1;
     if (options.choices.empty() || is_interrupted_) return std::nullopt;
-    LengthBoundSearch search(space_, *judge_, options);
+    certificate::LengthBoundSearch search(space_, *judge_, options);
     const double end = elapsed() + max_count_seconds;
     search.run([&] { return elapsed() > end || search.has_design(); });
     LengthBound found = search.result();
@@ -125,11 +127,12 @@ class BoundedSearch {
     if (!space_.assembly_mode || !is_design(outcome) || !(outcome.gap() > min_mode_gain * outcome.objective)) return "";
     DesignSpace space = space_;
     space.assembly_mode = nullptr;
-    const std::unique_ptr<LengthDesignJudge> judge = make_length_design_judge(space, followed_);
-    LengthBoundOptions options = bound_options();
+    const std::unique_ptr<certificate::LengthDesignJudge> judge =
+        certificate::make_length_design_judge(space, followed_);
+    certificate::LengthBoundOptions options = bound_options();
     options.gap_tolerance = min_mode_gain;
     options.keeps_certificates = false;
-    LengthBoundSearch search(space, *judge, options);
+    certificate::LengthBoundSearch search(space, *judge, options);
     const double end = elapsed() + other_mode_seconds(problem_);
     search.run([&] { return is_interrupted() || elapsed() > end; });
     const LengthBound found = search.result();
@@ -148,8 +151,8 @@ class BoundedSearch {
   }
 
  private:
-  LengthBoundOptions bound_options() const {
-    LengthBoundOptions options;
+  certificate::LengthBoundOptions bound_options() const {
+    certificate::LengthBoundOptions options;
     options.max_nodes = max_bounded_boxes;
     options.gap_tolerance = closed_gap;
     options.required_trajectories = followed_;
@@ -225,7 +228,7 @@ class BoundedSearch {
       DesignVariable& length = fixed.variables[static_cast<std::size_t>(i)];
       length.lower = length.upper = length.start;
       length.discrete_values.clear();
-      for (DifferentNumbers& different : fixed.all_different)
+      for (study::DifferentNumbers& different : fixed.all_different)
         if (std::erase(different.numbers, i) > 0) different.taken.push_back(length.start);
     }
     DesignOutcome outcome = solve_design(fixed);
@@ -246,7 +249,8 @@ class BoundedSearch {
     const Conditions conditions = problem_.model->derive_conditions(start, problem_.goals, problem_.options);
     outcome.residuals_before = VectorX();
     if (conditions.status == ConditionsStatus::done && conditions.pivots == outcome.conditions.pivots)
-      outcome.residuals_before = scaled_residuals(conditions, term_values(start, problem_.options.loose_springs));
+      outcome.residuals_before =
+          scaled_residuals(conditions, conditions::term_values(start, problem_.options.loose_springs));
   }
 
   const DesignSpace& space_;
@@ -255,8 +259,8 @@ class BoundedSearch {
   std::vector<int> followed_;  ///< trajectories that the start values can follow
   std::vector<certificate::ElementChoice> choices_;
   double max_time_;
-  std::unique_ptr<LengthDesignJudge> judge_;
-  LengthBoundSearch bound_;
+  std::unique_ptr<certificate::LengthDesignJudge> judge_;
+  certificate::LengthBoundSearch bound_;
   double start_time_;
   bool is_interrupted_ = false;
 };
@@ -354,7 +358,7 @@ std::string find_certificate_obstacle(const DesignSpace& space, const DesignStud
   const auto has_sizes = [](const FreeNumber& number) { return !number.discrete_values.empty(); };
   if (!requested.start.design.cardinality.empty() || std::any_of(numbers.begin(), numbers.end(), has_sizes))
     return "it cannot hold sizes and choices yet; the bound itself includes them";
-  return certificate::list_length_geometries(requested, list_followed_trajectories(requested)).reason;
+  return certificate::list_length_geometries(requested, certificate::list_followed_trajectories(requested)).reason;
 }
 
 }  // namespace balance::design

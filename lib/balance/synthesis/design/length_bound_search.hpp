@@ -13,7 +13,7 @@ namespace balance::design {
 /// the search found. The outcome has the bound, and limits that no lengths can meet are proved so.
 /// @param bound the bound, if there is one
 DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStudyOptions& options,
-                                      const DesignProblem& problem, std::optional<LengthBound>& bound);
+                                      const DesignProblem& problem, std::optional<certificate::LengthBound>& bound);
 
 /// Why no bound over all lengths, and no proof of one, can be asked for; completes "no certificate because …". Empty: it
 /// can.

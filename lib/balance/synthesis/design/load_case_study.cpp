@@ -21,7 +21,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::design {
 
 // Adaptive balancing: numbers as functions of the load.
 
@@ -50,7 +50,7 @@ class AdaptiveStudy {
   std::optional<double> adjustment_work() const;
   VectorX insert_adapted(const VectorX& adapted) const;
   bool is_within_bounds(const VectorX& adapted) const;
-  const LoadCases& loads() const { return space_.start.design.cases; }
+  const study::LoadCases& loads() const { return space_.start.design.cases; }
 
   const DesignSpace& space_;
   const DesignStudyOptions& options_;
@@ -76,8 +76,8 @@ AdaptiveStudy::AdaptiveStudy(const DesignSpace& space, const DesignStudyOptions&
       evaluator_(evaluator),
       x_(x),
       case_values_(case_values),
-      lower_(-row_maxima(-loads().values.transpose())),
-      upper_(row_maxima(loads().values.transpose())) {
+      lower_(-numerics::row_maxima(-loads().values.transpose())),
+      upper_(numerics::row_maxima(loads().values.transpose())) {
   find_law();
   x_ = variable_values(VectorX(nominal_load(space)));
 }
@@ -113,7 +113,7 @@ void AdaptiveStudy::find_law() {
   std::vector<int> varied;
   for (std::size_t k = 0; k < loads().numbers.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const LoadParameter& number = loads().numbers[k];
+    const study::LoadParameter& number = loads().numbers[k];
     law_space.inputs[static_cast<std::size_t>(number.input)] = lower_[i];
     if (!(lower_[i] < upper_[i])) continue;
     varied.push_back(static_cast<int>(k));
@@ -151,10 +151,10 @@ VectorX AdaptiveStudy::adapted_values(const VectorX& load, const VectorX& initia
 VectorX AdaptiveStudy::variable_values(const VectorX& load) const {
   const VectorX width = (upper_ - lower_).cwiseMax(std::numeric_limits<double>::min());
   const Eigen::Index nearest =
-      min_index(((loads().values.rowwise() - load.transpose()).array().rowwise() / width.transpose().array())
-                    .matrix()
-                    .rowwise()
-                    .norm());
+      numerics::min_index(((loads().values.rowwise() - load.transpose()).array().rowwise() / width.transpose().array())
+                              .matrix()
+                              .rowwise()
+                              .norm());
   const VectorX initial_values = case_values_.row(nearest);
   if (!law_ && loads().values.row(nearest).transpose() == load) return insert_adapted(initial_values);
   return insert_adapted(adapted_values(load, initial_values));
@@ -173,7 +173,7 @@ AdaptedTable AdaptiveStudy::table() const {
     for (Eigen::Index k = 0; k < loads().size(); ++k) add(loads().values.row(k), case_values_.row(k));
     return table;
   }
-  VectorX initial_values = case_values_.row(min_index(loads().values.col(0)));
+  VectorX initial_values = case_values_.row(numerics::min_index(loads().values.col(0)));
   std::vector<double> knots;
   for (int k = 0; k < adapted_table_size; ++k) {
     knots.push_back(lower_[0] + (upper_[0] - lower_[0]) * k / (adapted_table_size - 1));
@@ -182,7 +182,7 @@ AdaptedTable AdaptiveStudy::table() const {
   }
   Samples rows(adapted_table_size, initial_values.size());
   for (int k = 0; k < adapted_table_size; ++k) rows.row(k) = table.values[static_cast<std::size_t>(k)].transpose();
-  const CubicSpline spline(knots, rows, SplineEnd::not_a_knot);
+  const numerics::CubicSpline spline(knots, rows, numerics::SplineEnd::not_a_knot);
   VectorX value = initial_values, first_slope = initial_values, second = initial_values;
   for (int k = 0; k + 1 < adapted_table_size; ++k) {
     const double middle = (knots[static_cast<std::size_t>(k)] + knots[static_cast<std::size_t>(k) + 1]) / 2;
@@ -261,7 +261,9 @@ AdaptiveReport AdaptiveStudy::report() const {
 
 namespace {
 
-Mechanism assembled_mechanism(const Study& study) { return assembled_at(study.mechanism, start_coordinates(study)); }
+Mechanism assembled_mechanism(const Study& study) {
+  return simulation::assembled_at(study.mechanism, simulation::start_coordinates(study));
+}
 
 /// Round-off of zero efforts, given the weights and springs of the mechanism [N m].
 double static_effort_round_off(const Mechanism& mechanism) {
@@ -278,18 +280,19 @@ double static_effort_round_off(const Mechanism& mechanism) {
 }
 
 /// Efforts of all weights, springs and loads, over random poses.
-std::vector<PeakEffort> static_efforts(const Mechanism& mechanism, const ConditionOptions& base_options) {
+std::vector<conditions::PeakEffort> static_efforts(const Mechanism& mechanism, const ConditionOptions& base_options) {
   ConditionOptions options = base_options;
   options.loose_springs.clear();
   Conditions no_conditions;  // without rows, so that nothing is balanced
-  no_conditions.parameters = list_terms(mechanism);
-  no_conditions.known_term_values = known_term_values(mechanism);
+  no_conditions.parameters = conditions::list_terms(mechanism);
+  no_conditions.known_term_values = conditions::known_term_values(mechanism);
   no_conditions.matrix.resize(0, static_cast<Eigen::Index>(no_conditions.parameters.size()));
-  UnbalanceableElement whole_mechanism{ParameterOwner::body, 0, "", {}, {}};
+  conditions::UnbalanceableElement whole_mechanism{dynamics::ParameterOwner::body, 0, "", {}, {}};
   whole_mechanism.terms.resize(no_conditions.parameters.size());
   std::iota(whole_mechanism.terms.begin(), whole_mechanism.terms.end(), 0);
-  std::vector<PeakEffort> efforts = find_peak_static_efforts(mechanism, no_conditions, whole_mechanism, options);
-  std::erase_if(efforts, [round_off = static_effort_round_off(mechanism)](const PeakEffort& one) {
+  std::vector<conditions::PeakEffort> efforts =
+      find_peak_static_efforts(mechanism, no_conditions, whole_mechanism, options);
+  std::erase_if(efforts, [round_off = static_effort_round_off(mechanism)](const conditions::PeakEffort& one) {
     return one.magnitude <= round_off;
   });
   return efforts;
@@ -302,7 +305,7 @@ LoadCaseRun run_load_case(const Mechanism& mechanism, const Trajectory& trajecto
     RunResult result = simulate(mechanism, trajectory);
     run.outcome = std::move(result.outcome);
     for (Metric& metric : result.metrics)
-      if (effort_array_name(metric.quantity).starts_with("torque") || metric.quantity.starts_with("shaking_"))
+      if (results::effort_array_name(metric.quantity).starts_with("torque") || metric.quantity.starts_with("shaking_"))
         run.metrics.push_back(std::move(metric));
   } catch (const std::invalid_argument& error) {
     run.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
@@ -320,7 +323,7 @@ Conditions LoadCaseEvaluator::derive_conditions(const Mechanism& mechanism) cons
   if (!problem_.goals.empty()) return problem_.model->derive_conditions(mechanism, problem_.goals, problem_.options);
   Conditions no_conditions;
   no_conditions.status = ConditionsStatus::done;
-  no_conditions.parameters = list_terms(mechanism);
+  no_conditions.parameters = conditions::list_terms(mechanism);
   no_conditions.matrix.resize(0, static_cast<Eigen::Index>(no_conditions.parameters.size()));
   return no_conditions;
 }
@@ -329,7 +332,8 @@ double LoadCaseEvaluator::max_residual(const Study& loaded) const {
   const Conditions conditions = derive_conditions(loaded);
   if (conditions.status != ConditionsStatus::done) return std::numeric_limits<double>::quiet_NaN();
   if (conditions.matrix.rows() == 0) return 0;
-  return max_abs(scaled_residuals(conditions, term_values(loaded.mechanism, problem_.options.loose_springs)));
+  return numerics::max_abs(
+      scaled_residuals(conditions, conditions::term_values(loaded.mechanism, problem_.options.loose_springs)));
 }
 
 LoadCaseReport LoadCaseEvaluator::report(const DesignSpace& space, const VectorX& loads, const VectorX& x) const {
@@ -400,11 +404,12 @@ std::vector<int> map_to_all_cases(const CaseSpace& cases, const std::vector<int>
 }
 
 /// Numbers that must differ do so in each case; if none of them follows the load, all cases have the same group.
-std::vector<DifferentNumbers> map_to_each_case(const CaseSpace& cases, const std::vector<DifferentNumbers>& groups) {
-  std::vector<DifferentNumbers> mapped;
-  for (const DifferentNumbers& different : groups)
+std::vector<study::DifferentNumbers> map_to_each_case(const CaseSpace& cases,
+                                                      const std::vector<study::DifferentNumbers>& groups) {
+  std::vector<study::DifferentNumbers> mapped;
+  for (const study::DifferentNumbers& different : groups)
     for (const auto& position : cases.variable_index) {
-      DifferentNumbers in_case{{}, different.taken};
+      study::DifferentNumbers in_case{{}, different.taken};
       for (const int number : different.numbers) in_case.numbers.push_back(position[static_cast<std::size_t>(number)]);
       if (mapped.empty() || mapped.back().numbers != in_case.numbers) mapped.push_back(std::move(in_case));
     }
@@ -438,8 +443,8 @@ void map_edges(const CaseSpace& cases, std::vector<FeasibilityEdge>& edges) {
 }
 
 /// Conditions, residuals and unmet conditions at the nominal load.
-void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& evaluator, const FreeSprings& loose,
-                                 DesignOutcome& outcome) {
+void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& evaluator,
+                                 const dynamics::FreeSprings& loose, DesignOutcome& outcome) {
   const Study after = space.study_at(outcome.x);
   outcome.conditions = evaluator.derive_conditions(after);
   outcome.unmet_fixed_conditions.clear();
@@ -451,8 +456,9 @@ void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluat
     outcome.reason = outcome.conditions.reason;
     return;
   }
-  outcome.residuals_before = scaled_residuals(outcome.conditions, term_values(space.start.mechanism, loose));
-  outcome.residuals_after = scaled_residuals(outcome.conditions, term_values(after.mechanism, loose));
+  outcome.residuals_before =
+      scaled_residuals(outcome.conditions, conditions::term_values(space.start.mechanism, loose));
+  outcome.residuals_after = scaled_residuals(outcome.conditions, conditions::term_values(after.mechanism, loose));
   for (int row = 0; row < outcome.residuals_after.size(); ++row)
     if (!(std::abs(outcome.residuals_after[row]) <= condition_tolerance)) outcome.unmet_conditions.push_back(row);
   outcome.condition_variables = probe_condition_variables(
@@ -473,7 +479,7 @@ MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, 
 class LoadCaseStudy::CaseDesignModel final : public DesignModel {
  public:
   /// @param motions shared with other models; null: its own
-  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design,
+  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const study::DesignRequest& design,
                   std::shared_ptr<MotionCache> motions)
       : space_(std::move(space)),
         terms_(std::move(terms)),
@@ -487,7 +493,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
 
   /// Builds objective and limits of the problem, whose loose springs must be known.
   void build_figures(DesignProblem& problem) {
-    const FreeSprings& loose = problem.options.loose_springs;
+    const dynamics::FreeSprings& loose = problem.options.loose_springs;
     figures_.emplace(space_, loose);
     problem.limits = build_case_limits(space_, limits_, loose, *motions_);
     convex_limits_ = figures_->select_convex_limits(limits_);
@@ -497,7 +503,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
         .has_affine_terms = !terms_.empty() && figures_->are_affine(terms_, across_),
         .has_convex_limits = !convex_limits_.empty(),
         .are_all_limits_convex = convex_limits_.size() == limits_.size(),
-        .are_samples_complete = balance::are_samples_complete(space_.cases.front().start, terms_, convex_limits_),
+        .are_samples_complete = design::are_samples_complete(space_.cases.front().start, terms_, convex_limits_),
         .can_fix_geometry = true};
   }
 
@@ -515,7 +521,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   std::string infeasibility_reason(const VectorX& x) const override {
     std::vector<VectorX> tried;  // loads seldom change the motion
     return first_reason([&](std::size_t k) -> std::string {
-      const DesignInstance instance = instance_at(k, x);
+      const study::DesignInstance instance = instance_at(k, x);
       VectorX numbers = required_motions_[k].numbers(instance);
       if (std::find(tried.begin(), tried.end(), numbers) != tried.end()) return "";
       tried.push_back(std::move(numbers));
@@ -529,16 +535,16 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
     return figures_->limits(convex_limits_, x, *motions_);
   }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                  const FreeSprings& loose) const override {
+                                  const dynamics::FreeSprings& loose) const override {
     return build_case_objective(space_.fix_others(x, free), terms_, across_, loose, *motions_);
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                              const FreeSprings& loose) const override {
+                                              const dynamics::FreeSprings& loose) const override {
     return build_case_limits(space_.fix_others(x, free), limits_, loose, *motions_);
   }
 
  private:
-  DesignInstance instance_at(std::size_t k, const VectorX& x) const {
+  study::DesignInstance instance_at(std::size_t k, const VectorX& x) const {
     return instantiate_checked(space_.cases[k], space_.values(k, x));
   }
   template <class Reason>
@@ -550,8 +556,8 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
 
   CaseSpace space_;
   std::vector<ObjectiveTerm> terms_;
-  std::vector<FigureLimit> limits_, convex_limits_;
-  CaseAggregation across_;
+  std::vector<study::FigureLimit> limits_, convex_limits_;
+  study::CaseAggregation across_;
   std::shared_ptr<MotionCache> motions_;
   std::vector<RequiredMotions> required_motions_;
   std::optional<CaseFigures> figures_;
@@ -592,7 +598,7 @@ LoadCaseStudy::~LoadCaseStudy() = default;
 const CaseSpace& LoadCaseStudy::cases() const { return case_model_->space(); }
 
 void LoadCaseStudy::describe(DesignReport& report) const {
-  const LoadCases& loads = space_.start.design.cases;
+  const study::LoadCases& loads = space_.start.design.cases;
   DesignOutcome& outcome = report.outcome;
   if (outcome.status == DesignStatus::unsolved) return;
 
@@ -617,4 +623,4 @@ void LoadCaseStudy::describe(DesignReport& report) const {
   evaluate_nominal_conditions(space_, evaluator, conditions_problem_.options.loose_springs, outcome);
 }
 
-}  // namespace balance
+}  // namespace balance::design

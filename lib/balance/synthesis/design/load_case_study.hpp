@@ -6,7 +6,7 @@
 
 #include <memory>
 
-namespace balance {
+namespace balance::design {
 
 // Evaluation of a design under one load.
 
@@ -67,4 +67,4 @@ class LoadCaseStudy {
   DesignProblem conditions_problem_, problem_;
 };
 
-}  // namespace balance
+}  // namespace balance::design

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -23,7 +23,7 @@ Eigen::Index MotionCache::Motion::size() const {
 }
 
 MotionCache::Motion& MotionCache::find(const Mechanism& mechanism, const Trajectory& trajectory,
-                                       const FreeSprings& loose) {
+                                       const dynamics::FreeSprings& loose) {
   VectorX numbers = collect_motion_numbers(mechanism, trajectory);
   const auto known = std::find_if(motions_.begin(), motions_.end(), [&](const Motion& motion) {
     return motion.samples == trajectory.samples && motion.trajectory == trajectory.name && motion.loose == loose &&
@@ -37,7 +37,8 @@ MotionCache::Motion& MotionCache::find(const Mechanism& mechanism, const Traject
 }
 
 std::shared_ptr<const MotionCache::Series> MotionCache::rows(const Mechanism& mechanism, const Trajectory& trajectory,
-                                                             const FreeSprings& loose, const std::string& quantity) {
+                                                             const dynamics::FreeSprings& loose,
+                                                             const std::string& quantity) {
   requested_quantities_[{trajectory.name, trajectory.samples}].insert(quantity);
   Motion& motion = find(mechanism, trajectory, loose);
   if (!motion.rows.contains(quantity)) {
@@ -59,8 +60,8 @@ void MotionCache::add_rows(const Mechanism& mechanism, const Trajectory& traject
     motion.rows[missing[q]] = series[q] ? std::make_shared<const Series>(std::move(*series[q])) : nullptr;
 }
 
-CostFunction MotionCache::cost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose,
-                               Statistic figure, const std::string& quantity) {
+CostFunction MotionCache::cost(const Mechanism& mechanism, const Trajectory& trajectory,
+                               const dynamics::FreeSprings& loose, Statistic figure, const std::string& quantity) {
   Motion& motion = find(mechanism, trajectory, loose);
   const std::pair key(figure, quantity);
   if (const auto known = motion.costs.find(key); known != motion.costs.end()) return known->second;
@@ -77,4 +78,4 @@ void MotionCache::drop_old_motions() {
   }
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 class MotionCache {
  public:
@@ -21,11 +21,11 @@ class MotionCache {
   /// The rows of a linear quantity along the motion; nullptr if TrajectoryCost has none. All quantities that were ever
   /// asked for along a trajectory are computed together, in one pass along each motion.
   /// @param loose as for TrajectoryCost
-  std::shared_ptr<const Series> rows(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose,
-                                     const std::string& quantity);
+  std::shared_ptr<const Series> rows(const Mechanism& mechanism, const Trajectory& trajectory,
+                                     const dynamics::FreeSprings& loose, const std::string& quantity);
 
   /// A figure along the motion as a function of the parameters; empty if TrajectoryCost has none.
-  CostFunction cost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose,
+  CostFunction cost(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose,
                     Statistic figure, const std::string& quantity);
 
  private:
@@ -33,13 +33,13 @@ class MotionCache {
     VectorX numbers;  ///< collect_motion_numbers
     std::string trajectory;
     long samples = 0;
-    FreeSprings loose;
+    dynamics::FreeSprings loose;
     std::map<std::string, std::shared_ptr<const Series>> rows;        ///< by quantity
     std::map<std::pair<Statistic, std::string>, CostFunction> costs;  ///< by figure and quantity
     Eigen::Index size() const;                                        ///< how many numbers the rows have
   };
 
-  Motion& find(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose);
+  Motion& find(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose);
   void add_rows(const Mechanism& mechanism, const Trajectory& trajectory, const std::string& quantity, Motion& motion);
   void drop_old_motions();
 
@@ -49,4 +49,4 @@ class MotionCache {
   std::map<std::pair<std::string, long>, std::set<std::string>> requested_quantities_;
 };
 
-}  // namespace balance
+}  // namespace balance::design

@@ -118,7 +118,7 @@ std::vector<VectorX> low_discrepancy_points(int count, int size, std::uint64_t s
   // Multiples of the powers of 1/root with root^(n+1) = root + 1, for n = 1 the golden ratio.
   double root = 1.5;
   for (int k = 0; k < 40; ++k) root = elementary::pow(1 + root, 1.0 / (size + 1));
-  UniformRandom random(seed);
+  numerics::UniformRandom random(seed);
   const VectorX shift = random.sample_point(size, 0, 1);
   std::vector<VectorX> points;
   for (int k = 1; k <= count; ++k) {

@@ -26,7 +26,11 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
+
+using dynamics::FreeSprings;
+using study::DesignInstance;
+using study::FigureLimit;
 
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
                                              const VectorX& start, const FreeSprings& loose, MotionCache& cache) {
@@ -104,11 +108,11 @@ VectorX generic_variables(const std::vector<FreeNumber>& numbers) {
 /// Whether the geometry and the motion along the trajectory are the same for both instances.
 bool is_same_motion(const DesignInstance& a, const DesignInstance& b, const ObjectiveTerm& term,
                     const FreeSprings& loose) {
-  const VectorX geometry_a = design::collect_geometry(a.mechanism, loose),
-                geometry_b = design::collect_geometry(b.mechanism, loose);
+  const VectorX geometry_a = collect_geometry(a.mechanism, loose), geometry_b = collect_geometry(b.mechanism, loose);
   if (geometry_a.size() != geometry_b.size() || (geometry_a - geometry_b).norm() > 1e-12 * geometry_a.norm())
     return false;
-  const Trajectory &trajectory_a = find_trajectory(a, term), &trajectory_b = find_trajectory(b, term);
+  const Trajectory &trajectory_a = simulation::find_trajectory(a, term),
+                   &trajectory_b = simulation::find_trajectory(b, term);
   if (!is_mass_dependent(trajectory_a) &&
       collect_motion_numbers(a.mechanism, trajectory_a) == collect_motion_numbers(b.mechanism, trajectory_b))
     return true;
@@ -152,7 +156,7 @@ bool is_moment_point_fixed(const DesignSpace& space, const DesignInstance& start
 /// The figure along a fixed motion; empty if the motion is not fixed or the quantity is not linear in the parameters.
 CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
                                     const FreeSprings& loose, MotionCache& cache) {
-  const Trajectory& trajectory = find_trajectory(start, term);
+  const Trajectory& trajectory = simulation::find_trajectory(start, term);
   if (term.deviation_multiple || term.run != ObjectiveTerm::RunMeasure::figure || is_mechanism_dependent(trajectory))
     return {};
   if (is_mass_dependent(trajectory) || !is_motion_fixed(space, start, term, loose)) return {};
@@ -162,7 +166,7 @@ CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstan
 
 bool is_scalar(const Mechanism& mechanism, const std::string& quantity) {
   std::string mistake;
-  const auto described = describe_quantity(mechanism, quantity, mistake);
+  const auto described = results::describe_quantity(mechanism, quantity, mistake);
   return described && described->is_scalar;
 }
 
@@ -198,7 +202,7 @@ class FigureSum : public DesignFunction {
     if (!instance.mode_issue.empty()) return instance.mode_issue;
     for (const ObjectivePart& part : parts_) {
       if (part.term.size != ObjectiveTerm::Size::none) continue;
-      const RunResult result = simulate(instance.mechanism, find_trajectory(instance, part.term));
+      const RunResult result = simulate(instance.mechanism, simulation::find_trajectory(instance, part.term));
       if (result.outcome.status != MotionStatus::done)
         return fmt::format("'{}' cannot be followed: {}", part.term.trajectory, result.outcome.reason);
     }
@@ -258,13 +262,14 @@ class SimulatedSum final : public FigureSum {
   double simulate_sum(const VectorX& x) const {
     const DesignInstance instance = instantiate_checked(space_, x);
     if (!instance.mode_issue.empty()) return std::numeric_limits<double>::quiet_NaN();
-    const VectorX parameters = parameter_values(instance.mechanism, loose_);
+    const VectorX parameters = dynamics::parameter_values(instance.mechanism, loose_);
     double sum = 0;
     for (const ObjectivePart& part : parts_)
-      sum += part.weight * (part.of_parameters             ? part.of_parameters(parameters, nullptr)
-                            : part.term.deviation_multiple ? compute_robust_figure(space_, x, part.term).value
-                            : part.run ? compute_run_figure(instance.mechanism, *part.run, part.term)
-                                       : simulate_figure(instance, part.term));
+      sum +=
+          part.weight * (part.of_parameters             ? part.of_parameters(parameters, nullptr)
+                         : part.term.deviation_multiple ? tolerance::compute_robust_figure(space_, x, part.term).value
+                         : part.run ? simulation::compute_run_figure(instance.mechanism, *part.run, part.term)
+                                    : simulation::simulate_figure(instance, part.term));
     return sum;
   }
 
@@ -276,7 +281,7 @@ class SimulatedSum final : public FigureSum {
 /// Checks that the mechanism has the quantity of the term, if this can be decided.
 void require_quantity(const DesignInstance& instance, const ObjectiveTerm& term) {
   try {
-    simulate_figure(instance, term);
+    simulation::simulate_figure(instance, term);
   } catch (const SpecError&) {
     // There is no motion at this point, but there may be one at others.
   }
@@ -285,7 +290,7 @@ void require_quantity(const DesignInstance& instance, const ObjectiveTerm& term)
 /// Checks that the run has deviations, and not too many.
 void require_deviations(const DesignSpace& space, const VectorX& start, const ObjectiveTerm& term) {
   try {
-    compute_robust_figure(space, start, term);
+    tolerance::compute_robust_figure(space, start, term);
   } catch (const SpecError&) {
     // As above.
   }
@@ -295,15 +300,16 @@ void require_deviations(const DesignSpace& space, const VectorX& start, const Ob
 std::shared_ptr<const RunResult> find_fixed_run(const DesignSpace& space, const DesignInstance& start,
                                                 const ObjectiveTerm& term, const FreeSprings& loose) {
   std::string mistake;
-  const auto described = describe_quantity(start.mechanism, term.quantity, mistake);
+  const auto described = results::describe_quantity(start.mechanism, term.quantity, mistake);
   const bool of_motion =
       term.run == ObjectiveTerm::RunMeasure::figure
           ? described && described->is_kinematic && !term.deviation_multiple &&
-                !is_mechanism_dependent(find_trajectory(start, term))
+                !is_mechanism_dependent(simulation::find_trajectory(start, term))
           : term.run == ObjectiveTerm::RunMeasure::mobility || term.run == ObjectiveTerm::RunMeasure::clearance;
-  if (!of_motion || is_mass_dependent(find_trajectory(start, term)) || !is_motion_fixed(space, start, term, loose))
+  if (!of_motion || is_mass_dependent(simulation::find_trajectory(start, term)) ||
+      !is_motion_fixed(space, start, term, loose))
     return {};
-  return std::make_shared<const RunResult>(simulate(start.mechanism, find_trajectory(start, term)));
+  return std::make_shared<const RunResult>(simulate(start.mechanism, simulation::find_trajectory(start, term)));
 }
 
 /// The figure of such a run if the positions that it refers to do not change either.
@@ -311,7 +317,7 @@ std::optional<double> constant_value(const DesignSpace& space, const DesignInsta
   std::optional<double> constant;
   if (!part.run) return constant;
   const auto value = [&](const DesignInstance& instance) {
-    return compute_run_figure(instance.mechanism, *part.run, part.term);
+    return simulation::compute_run_figure(instance.mechanism, *part.run, part.term);
   };
   const double start_value = value(start),
                generic_value = value(space.instantiate(generic_variables(space.start.free_numbers)));
@@ -329,14 +335,14 @@ CostFunction make_constant_cost(double value) {
 /// The fewest samples whose times, at least min_time_steps, are among those of all samples. A peak over them then is at
 /// most the peak, so that what it proves holds.
 long coarse_sample_count(long samples) {
-  for (long steps = min_time_steps; steps < samples - 1; ++steps)
+  for (long steps = trajectory::min_time_steps; steps < samples - 1; ++steps)
     if ((samples - 1) % steps == 0) return steps + 1;
   return samples;
 }
 
 bool has_all_samples(const Study& study, const ObjectiveTerm& term, FigureSampling sampling) {
   if (term.size != ObjectiveTerm::Size::none || sampling == FigureSampling::full) return true;
-  const Trajectory* trajectory = find_by_name(study.trajectories, term.trajectory);
+  const Trajectory* trajectory = study::find_by_name(study.trajectories, term.trajectory);
   return trajectory != nullptr && coarse_sample_count(trajectory->samples) == trajectory->samples;
 }
 
@@ -348,7 +354,7 @@ std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, con
     figure.coefficients = size_coefficients(term.size, instance.mechanism, loose);
     return figure;
   }
-  Trajectory trajectory = find_trajectory(instance, term);
+  Trajectory trajectory = simulation::find_trajectory(instance, term);
   if (samples == FigureSampling::coarse) trajectory.samples = coarse_sample_count(trajectory.samples);
   const std::shared_ptr<const MotionCache::Series> rows =
       cache.rows(instance.mechanism, trajectory, loose, term.quantity);
@@ -366,8 +372,9 @@ bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& te
   if (term.deviation_multiple) return false;
   return term.run == ObjectiveTerm::RunMeasure::figure && term.weight >= 0 &&
          std::find(figures.begin(), figures.end(), term.figure) != figures.end() &&
-         is_linear_quantity(instance.mechanism, term.quantity) && !is_mass_dependent(find_trajectory(instance, term)) &&
-         !is_mechanism_dependent(find_trajectory(instance, term));
+         is_linear_quantity(instance.mechanism, term.quantity) &&
+         !is_mass_dependent(simulation::find_trajectory(instance, term)) &&
+         !is_mechanism_dependent(simulation::find_trajectory(instance, term));
 }
 
 }  // namespace
@@ -480,35 +487,36 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
   return objective;
 }
 
-VectorX added_parameter_mask(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+VectorX added_parameter_mask(const Mechanism& mechanism, const std::vector<dynamics::Parameter>& parameters) {
   VectorX added(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto index = static_cast<std::size_t>(parameters[p].index);
-    const bool counterweight = parameters[p].owner_kind == ParameterOwner::attachment &&
+    const bool counterweight = parameters[p].owner_kind == dynamics::ParameterOwner::attachment &&
                                mechanism.attachments[index].kind == AttachmentKind::counterweight;
-    added[static_cast<Eigen::Index>(p)] = counterweight || parameters[p].owner_kind == ParameterOwner::disc ? 1 : 0;
+    added[static_cast<Eigen::Index>(p)] =
+        counterweight || parameters[p].owner_kind == dynamics::ParameterOwner::disc ? 1 : 0;
   }
   return added;
 }
 
-VectorX mass_coefficients(const std::vector<Parameter>& parameters) {
+VectorX mass_coefficients(const std::vector<dynamics::Parameter>& parameters) {
   VectorX coefficients(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
-    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind == ParameterKind::mass ? 1 : 0;
+    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind == dynamics::ParameterKind::mass ? 1 : 0;
   return coefficients;
 }
 
-VectorX inertia_coefficients(const std::vector<Parameter>& parameters) {
+VectorX inertia_coefficients(const std::vector<dynamics::Parameter>& parameters) {
   VectorX coefficients(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
-    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind != ParameterKind::moment_of_inertia ? 0
-                                                 : parameters[p].symbol == "J"                          ? 1
-                                                                                                        : 0.5;
+    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind != dynamics::ParameterKind::moment_of_inertia ? 0
+                                                 : parameters[p].symbol == "J"                                    ? 1
+                                                                                                                  : 0.5;
   return coefficients;
 }
 
 VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const FreeSprings& loose) {
-  const auto parameters = list_parameters(mechanism, loose);
+  const auto parameters = dynamics::list_parameters(mechanism, loose);
   VectorX coefficients =
       size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
   if (size != ObjectiveTerm::Size::total_mass)
@@ -554,7 +562,9 @@ namespace {
 /// Derivatives of the parameters by the free numbers, one column each. Parameters are smooth and cheap functions.
 MatrixX parameter_jacobian(const DesignSpace& space, const VectorX& x, const FreeSprings& loose) {
   constexpr double step = 1e-5;  // fraction of the range
-  const auto at = [&](const VectorX& there) { return parameter_values(space.instantiate(there).mechanism, loose); };
+  const auto at = [&](const VectorX& there) {
+    return dynamics::parameter_values(space.instantiate(there).mechanism, loose);
+  };
   MatrixX slopes(at(x).size(), x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& free = space.start.free_numbers[static_cast<std::size_t>(i)];
@@ -572,7 +582,7 @@ MatrixX parameter_jacobian(const DesignSpace& space, const VectorX& x, const Fre
 ValueWithGradient size_with_gradient(const DesignSpace& space, const Mechanism& mechanism, const ObjectiveTerm& term,
                                      const FreeSprings& loose, const VectorX& x) {
   const VectorX coefficients = size_coefficients(term.size, mechanism, loose);
-  return {coefficients.dot(parameter_values(mechanism, loose)),
+  return {coefficients.dot(dynamics::parameter_values(mechanism, loose)),
           parameter_jacobian(space, x, loose).transpose() * coefficients};
 }
 
@@ -628,8 +638,8 @@ bool needs_differences(const DesignSpace& space, const ObjectiveTerm& term) {
   using Run = ObjectiveTerm::RunMeasure;
   if (term.run == Run::mobility || term.run == Run::clearance || has_velocity_constraints(space.start.mechanism))
     return true;
-  if (term.run == Run::figure && !has_gradients(space.start.mechanism, term.quantity)) return true;
-  const Trajectory* trajectory = find_by_name(space.start.trajectories, term.trajectory);
+  if (term.run == Run::figure && !results::has_gradients(space.start.mechanism, term.quantity)) return true;
+  const Trajectory* trajectory = study::find_by_name(space.start.trajectories, term.trajectory);
   return trajectory != nullptr && is_mechanism_dependent(*trajectory);
 }
 
@@ -637,14 +647,14 @@ bool needs_differences(const DesignSpace& space, const ObjectiveTerm& term) {
 /// number's range then leave an error of about 1e-4 in the derivative by that range.
 ValueWithGradient gradient_by_differences(const DesignSpace& space, const ObjectiveTerm& term, const VectorX& x) {
   constexpr double step = 1e-3;
-  ValueWithGradient slope{simulate_figure(instantiate_checked(space, x), term), VectorX(x.size())};
+  ValueWithGradient slope{simulation::simulate_figure(instantiate_checked(space, x), term), VectorX(x.size())};
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& free = space.start.free_numbers[static_cast<std::size_t>(i)];
     const double step_size = step * (free.upper - free.lower);
     VectorX up = x, down = x;
     up[i] = std::min(x[i] + step_size, free.upper), down[i] = std::max(x[i] - step_size, free.lower);
-    const double high = simulate_figure(instantiate_checked(space, up), term);
-    const double low = simulate_figure(instantiate_checked(space, down), term);
+    const double high = simulation::simulate_figure(instantiate_checked(space, up), term);
+    const double low = simulation::simulate_figure(instantiate_checked(space, down), term);
     // one-sided if the other side has no value
     slope.gradient[i] = std::isfinite(high - low) ? (high - low) / (up[i] - down[i])
                         : std::isfinite(high)     ? (high - slope.value) / (up[i] - x[i])
@@ -683,4 +693,4 @@ std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, 
   return pieces;
 }
 
-}  // namespace balance
+}  // namespace balance::design

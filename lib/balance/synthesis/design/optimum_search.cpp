@@ -14,6 +14,8 @@
 
 namespace balance::design {
 
+using numerics::NonlinearSystem;
+
 namespace {
 
 /// Limits of the local searches, and the minimum distance between their starts in unit coordinates.
@@ -32,10 +34,10 @@ class EpigraphProgram {
     if (!max_terms_) return;
     for (std::size_t t = 0; t < max_terms_->size(); ++t) {
       const MaxTerm& term = (*max_terms_)[t];
-      objective_scale_ += std::abs(term.weight * max_coefficient(term.values));
+      objective_scale_ += std::abs(term.weight * numerics::max_coefficient(term.values));
       if (term.values.size() < 2) continue;
-      maxima_.push_back(
-          {t, static_cast<int>(term.values.size()), std::max(std::abs(max_coefficient(term.values)), 1e-300)});
+      maxima_.push_back({t, static_cast<int>(term.values.size()),
+                         std::max(std::abs(numerics::max_coefficient(term.values)), 1e-300)});
       epigraph_row_count_ += maxima_.back().count;
     }
     if (!(objective_scale_ > 0)) objective_scale_ = 1;
@@ -80,7 +82,7 @@ class EpigraphProgram {
       if (max_terms_ && (*max_terms_)[maximum.term].values.size() != maximum.count) max_terms_.reset();
     if (!max_terms_) return;
     double value = 0;
-    for (const MaxTerm& term : *max_terms_) value += term.weight * max_coefficient(term.values);
+    for (const MaxTerm& term : *max_terms_) value += term.weight * numerics::max_coefficient(term.values);
     if ((best_ && !(value < best_value_)) || !context_.is_admissible(u)) return;
     best_ = u;
     best_value_ = value;
@@ -231,7 +233,7 @@ std::vector<int> independent_rows(const NonlinearSystem& equations, const Vector
   MatrixX jacobian;
   std::vector<int> rows;
   if (equations.primary_rows == 0 || !equations.evaluate(u, values, &jacobian)) return rows;
-  ColumnPivotingQr qr(jacobian.topRows(equations.primary_rows).transpose());
+  numerics::ColumnPivotingQr qr(jacobian.topRows(equations.primary_rows).transpose());
   qr.setThreshold(1e-9);
   for (Eigen::Index k = 0; k < qr.rank(); ++k) rows.push_back(qr.colsPermutation().indices()[k]);
   std::sort(rows.begin(), rows.end());
@@ -245,7 +247,7 @@ VectorX optimise_with_equalities(const SolverContext& context, const ScaledObjec
   NonlinearProgram program;
   program.size = context.scaling.size();
   VectorX slope;
-  const double value = std::abs(objective(start, &slope)), steepest = max_abs(slope);
+  const double value = std::abs(objective(start, &slope)), steepest = numerics::max_abs(slope);
   // Scales the objective to order one, like the conditions; otherwise its unit would affect the termination.
   const double size = std::isfinite(value + steepest) && value + steepest > 0 ? std::max(value, steepest) : 1;
   program.objective = [&objective, size](const VectorX& u, VectorX* gradient) {
@@ -435,7 +437,7 @@ VectorX optimise_with_inequalities(const SolverContext& context, const ScaledObj
   add_design_inequalities(context, program);
   program.inequalities = [&, evaluate = program.inequalities](const VectorX& u, VectorX& values, MatrixX* jacobian) {
     evaluate(u, values, jacobian);
-    feasible.record_margin(u, values.size() > 0 ? min_coefficient(values) : 0);
+    feasible.record_margin(u, values.size() > 0 ? numerics::min_coefficient(values) : 0);
   };
   ++context.budget.local_searches;
   const VectorX end =
@@ -455,7 +457,7 @@ VectorX minimise_within_limits(const SolverContext& context, const ScaledObjecti
 }
 
 Optimum optimise_compromise(const SolverContext& context, const ScaledObjective& objective, const VectorX& start) {
-  const SearchOptions& options = context.problem.search;
+  const study::SearchOptions& options = context.problem.search;
   BestPoint best(objective);
   const auto consider = [&](const VectorX& u) {
     if (context.is_admissible(u)) best.consider(u);
@@ -511,7 +513,7 @@ Optimum optimise_compromise(const SolverContext& context, const ScaledObjective&
 }
 
 VectorX minimise_residual(const SolverContext& context, const NonlinearSystem& equations,
-                          const LeastSquaresResult& start, int evaluations) {
+                          const numerics::LeastSquaresResult& start, int evaluations) {
   const auto conditions = equations.primary_rows;
   const auto sum_of_squares = [&](const VectorX& u, VectorX* gradient, int rows) {
     VectorX values;
@@ -529,8 +531,8 @@ VectorX minimise_residual(const SolverContext& context, const NonlinearSystem& e
   program.objective = [&](const VectorX& u, VectorX* gradient) {
     return sum_of_squares(u, gradient, equations.row_count);
   };
-  const SearchOptions& options = context.problem.search;
-  LeastSquaresResult best = start;
+  const study::SearchOptions& options = context.problem.search;
+  numerics::LeastSquaresResult best = start;
   if (evaluations > 0) {
     const VectorX coarse =
         search_globally(options.global, program, start.u,
@@ -538,7 +540,7 @@ VectorX minimise_residual(const SolverContext& context, const NonlinearSystem& e
                         options.seed, true)
             .u;
     ++context.budget.local_searches;
-    LeastSquaresResult descent = solve_levenberg_marquardt(equations, coarse);
+    numerics::LeastSquaresResult descent = solve_levenberg_marquardt(equations, coarse);
     if (descent.values.size() > 0 &&
         (best.values.size() == 0 || descent.values.squaredNorm() < best.values.squaredNorm()))
       best = std::move(descent);

@@ -23,14 +23,14 @@ std::vector<VectorX> minimise_max_terms(const SolverContext& context, const Scal
 
 /// Descends from an exact solution along gradients, with the conditions as equalities; the end may miss them slightly.
 VectorX minimise_along_conditions(const SolverContext& context, const ScaledObjective& objective,
-                                  const NonlinearSystem& equations, const VectorX& start);
+                                  const numerics::NonlinearSystem& equations, const VectorX& start);
 
 /// Local searches from exact solutions, with the conditions as equalities or in their tangent space. Final steps along
 /// all tangents ensure that no search ends at a bound from which a step back would help.
 /// @param restore projects a point near the conditions onto them
 /// @param solutions at least one, at which the figure has a value
 Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjective& objective,
-                                 const NonlinearSystem& equations,
+                                 const numerics::NonlinearSystem& equations,
                                  const std::function<VectorX(const VectorX&)>& restore,
                                  const std::vector<VectorX>& solutions);
 
@@ -45,7 +45,7 @@ Optimum optimise_compromise(const SolverContext& context, const ScaledObjective&
 /// Global, then local search for the minimum sum of squared residuals.
 /// @param start best known point
 /// @return admissible if the start values or the best known point are
-VectorX minimise_residual(const SolverContext& context, const NonlinearSystem& equations,
-                          const LeastSquaresResult& start, int evaluations);
+VectorX minimise_residual(const SolverContext& context, const numerics::NonlinearSystem& equations,
+                          const numerics::LeastSquaresResult& start, int evaluations);
 
 }  // namespace balance::design

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -73,10 +73,10 @@ std::optional<std::vector<int>> find_vanishing_variables(const DesignSpace& spac
 }
 
 /// For each node of the graph, whether its value depends on an input.
-std::vector<bool> find_dependent_nodes(const ExpressionGraph& graph, int input) {
+std::vector<bool> find_dependent_nodes(const expression::ExpressionGraph& graph, int input) {
   std::vector<bool> depends;
-  for (const ExpressionNode& node : graph.nodes())
-    depends.push_back((node.operation == Operation::input && node.input == input) ||
+  for (const expression::ExpressionNode& node : graph.nodes())
+    depends.push_back((node.operation == expression::Operation::input && node.input == input) ||
                       std::any_of(node.arguments.begin(), node.arguments.end(), [&](int argument) {
                         return argument >= 0 && depends[static_cast<std::size_t>(argument)];
                       }));
@@ -109,10 +109,10 @@ std::vector<int> find_own_variables(const DesignSpace& space, const std::string&
       has_effect = has_effect || (!x.is_constant() && depends[static_cast<std::size_t>(x.node())]);
       return x.value();
     };
-    convert_mechanism<double>(space.recording->mechanism, visit);
+    model::convert_mechanism<double>(space.recording->mechanism, visit);
     if (!std::exchange(has_effect, false)) continue;
-    convert_mechanism<double>(others, visit);
-    for (const auto& trajectory : space.recording->trajectories) cast_scalar<double>(trajectory, visit);
+    model::convert_mechanism<double>(others, visit);
+    for (const auto& trajectory : space.recording->trajectories) trajectory::cast_scalar<double>(trajectory, visit);
     if (!has_effect) own.push_back(number);
   }
   return own;
@@ -122,9 +122,9 @@ std::vector<int> find_own_variables(const DesignSpace& space, const std::string&
 
 std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space) {
   std::vector<CardinalityConstraint> choices;
-  for (const CardinalityRequest& request : space.start.design.cardinality) {
+  for (const study::CardinalityRequest& request : space.start.design.cardinality) {
     CardinalityConstraint choice{request.section, {}, request.max_count};
-    for (const OptionalElementText& element : request.elements) {
+    for (const study::OptionalElementText& element : request.elements) {
       const auto numbers = find_vanishing_variables(space, request.section, element.name);
       if (numbers)
         choice.elements.push_back(
@@ -145,4 +145,4 @@ std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& spa
   return choices;
 }
 
-}  // namespace balance
+}  // namespace balance::design

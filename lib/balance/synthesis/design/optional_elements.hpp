@@ -4,7 +4,7 @@
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
 
-namespace balance {
+namespace balance::design {
 
 /// An element can be left out if each of its masses, moments of inertia, stiffness and preload vanishes when some free
 /// number is zero.
@@ -12,4 +12,4 @@ namespace balance {
 /// @throws std::invalid_argument if a named element, or every element of a section, cannot be left out
 std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space);
 
-}  // namespace balance
+}  // namespace balance::design

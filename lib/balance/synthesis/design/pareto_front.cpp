@@ -20,7 +20,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
 
 // Searches for single designs of a front, sharing one budget.
 
@@ -56,7 +56,7 @@ class EpsilonConstraintSearch {
   void search(ParetoPoint& point, const DesignStudyOptions& options) const;
   VectorX values_at(const VectorX& x) const;
 
-  ParetoRequest request_;
+  study::ParetoRequest request_;
   DesignSpace base_;  ///< minimises the first figure only
   DesignStudyOptions options_;
   std::optional<LoadCaseStudy> cases_;
@@ -73,10 +73,10 @@ class EpsilonConstraintSearch {
 namespace {
 
 /// The springs whose products with end points are parameters of the conditions.
-FreeSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
-  FreeSprings loose(report.study_before.mechanism.springs.size(), false);
-  for (const Parameter& p : conditions.parameters)
-    if (p.owner_kind == ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+dynamics::FreeSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
+  dynamics::FreeSprings loose(report.study_before.mechanism.springs.size(), false);
+  for (const dynamics::Parameter& p : conditions.parameters)
+    if (p.owner_kind == dynamics::ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
   return loose;
 }
 
@@ -116,7 +116,7 @@ DesignReport make_pareto_design(const DesignSpace& space, const ParetoPoint& poi
   const Conditions& conditions = report.outcome.conditions;
   if (report.outcome.residuals_before.size() > 0)
     report.outcome.residuals_before = scaled_residuals(
-        conditions, term_values(report.study_before.mechanism, springs_with_products(conditions, report)));
+        conditions, conditions::term_values(report.study_before.mechanism, springs_with_products(conditions, report)));
   if (trajectories) {
     compare_trajectories(report);
     return report;
@@ -164,8 +164,8 @@ EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const
       planned_searches_(planned_searches) {
   if (has_cases()) cases_.emplace(base_, options_);
   problem_ = has_cases() ? cases_->problem() : make_design_problem(base_, options_);
-  const FreeSprings& loose = problem_.options.loose_springs;
-  const CaseAggregation across = base_.start.design.cases.aggregation;
+  const dynamics::FreeSprings& loose = problem_.options.loose_springs;
+  const study::CaseAggregation across = base_.start.design.cases.aggregation;
   for (const std::vector<ObjectiveTerm>& terms : request_.figures)
     objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose, *options_.motions)
                                       : build_objective(base_, terms, base_.start_values(), loose, *options_.motions));
@@ -177,12 +177,12 @@ VectorX EpsilonConstraintSearch::no_limits() const {
 
 DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstraint& constraint) const {
   DesignSpace constrained_space = base_;
-  DesignRequest& design = constrained_space.start.design;
+  study::DesignRequest& design = constrained_space.start.design;
   design.minimize = request_.figures[static_cast<std::size_t>(constraint.minimized)];
   for (int j = 0; j < figure_count(); ++j) {
     if (std::isnan(constraint.limits[j])) continue;
     const auto& terms = request_.figures[static_cast<std::size_t>(j)];
-    const std::string unit = objective_unit(terms, base_.start.mechanism);
+    const std::string unit = simulation::objective_unit(terms, base_.start.mechanism);
     design.subject_to.push_back(
         {fmt::format("{} <= {:g}{}{}", sum_text(terms), constraint.limits[j], unit.empty() ? "" : " ", unit), terms,
          false, constraint.limits[j], unit, base_.start.design.cases.aggregation});
@@ -216,7 +216,7 @@ DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
 VectorX EpsilonConstraintSearch::values_at(const VectorX& x) const {
   VectorX values(figure_count());
   for (int j = 0; j < figure_count(); ++j)
-    values[j] = design::evaluate_figure(problem_, objectives_[static_cast<std::size_t>(j)], x);
+    values[j] = evaluate_figure(problem_, objectives_[static_cast<std::size_t>(j)], x);
   return values;
 }
 
@@ -570,4 +570,4 @@ ParetoFront compute_pareto_front(const DesignSpace& space, const DesignStudyOpti
   return ParetoFrontBuilder(space, options).run();
 }
 
-}  // namespace balance
+}  // namespace balance::design

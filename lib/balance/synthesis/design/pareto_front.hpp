@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// A design of the front: no design was found with a smaller figure `minimized` while the others are within `limits`.
 struct ParetoPoint {
@@ -56,4 +56,4 @@ DesignReport make_pareto_design(const DesignSpace& space, const ParetoPoint& poi
 /// Whether a is nowhere above b and below it somewhere, by more than `slack` (one per figure).
 bool dominates(const VectorX& a, const VectorX& b, const VectorX& slack);
 
-}  // namespace balance
+}  // namespace balance::design

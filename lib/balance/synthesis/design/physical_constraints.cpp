@@ -38,7 +38,7 @@ PhysicalConstraints::PhysicalConstraints(const FeatureMap& map, const VariableCl
                                          const VectorX& start) {
   for (const ElementFeatures& element :
        list_element_features(classification.base_mechanism, classification.loose_springs)) {
-    const bool is_body = element.bearer == ParameterOwner::body;
+    const bool is_body = element.bearer == dynamics::ParameterOwner::body;
     add(map, classification, start, element.mass, false, is_body);
     const bool is_unconstrained =
         is_body && classification.base_mechanism.bodies[static_cast<std::size_t>(element.index)].inertia_as_given;

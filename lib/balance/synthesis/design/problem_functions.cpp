@@ -19,12 +19,12 @@ namespace {
 constexpr double search_limit_tolerance = limit_tolerance / 2;
 
 /// Indices of the requested parameters among those that include the products of all loose springs.
-std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSprings& requested_springs,
-                                        const FreeSprings& all_springs) {
-  const auto requested_parameters = list_parameters(mechanism, requested_springs),
-             all_parameters = list_parameters(mechanism, all_springs);
+std::vector<int> find_parameter_indices(const Mechanism& mechanism, const dynamics::FreeSprings& requested_springs,
+                                        const dynamics::FreeSprings& all_springs) {
+  const auto requested_parameters = dynamics::list_parameters(mechanism, requested_springs),
+             all_parameters = dynamics::list_parameters(mechanism, all_springs);
   std::vector<int> result;
-  for (const Parameter& w : requested_parameters)
+  for (const dynamics::Parameter& w : requested_parameters)
     for (std::size_t p = 0; p < all_parameters.size(); ++p)
       if (all_parameters[p].owner_kind == w.owner_kind && all_parameters[p].index == w.index &&
           all_parameters[p].slot == w.slot)
@@ -141,7 +141,7 @@ double ScaledObjective::round_off() const {
 bool ScaledObjective::is_affine_in_variables() const {
   const auto& polynomial = context_.features.polynomial();
   if (!polynomial) return false;
-  UniformRandom random(1);
+  numerics::UniformRandom random(1);
   for (int sample = 0; sample < 3; ++sample) {
     VectorX features, slope;
     context_.features.evaluate(random.sample_point(context_.scaling.size()), features, nullptr);

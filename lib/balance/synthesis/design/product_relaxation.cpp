@@ -11,6 +11,8 @@
 
 namespace balance::design {
 
+using numerics::Monomial;
+
 namespace {
 
 /// Maximum rounds of tangent cuts, and relative tolerances of residuals and certificates.
@@ -20,7 +22,7 @@ constexpr double product_residual_tolerance = 1e-7, certificate_tolerance = 1e-6
 /// Monomials of all terms, each divided by its maximum absolute value: |z| ≤ 1.
 class MonomialBasis {
  public:
-  MonomialBasis(const SolverContext& context, const SparsePolynomial& in_numbers) : context_(context) {
+  MonomialBasis(const SolverContext& context, const numerics::SparsePolynomial& in_numbers) : context_(context) {
     for (const auto& term : in_numbers.terms()) index_of(term.monomial);
     index_of({});
     // For powers ≥ 2, adds the monomials with the power reduced by one and two.
@@ -85,7 +87,8 @@ class MonomialBasis {
 
 class ProductRelaxation {
  public:
-  ProductRelaxation(const SolverContext& context, const Conditions& conditions, const SparsePolynomial& in_numbers)
+  ProductRelaxation(const SolverContext& context, const Conditions& conditions,
+                    const numerics::SparsePolynomial& in_numbers)
       : conditions_(conditions), products_(context, in_numbers) {
     const auto z = static_cast<Eigen::Index>(products_.size());
     rows_.setZero(conditions.matrix.rows(), z);
@@ -166,7 +169,7 @@ class ProductRelaxation {
   }
 
   void add(const VectorX& cut) {
-    const double size = max_abs(cut);
+    const double size = numerics::max_abs(cut);
     if (size > 0) cuts_.emplace_back(cut / size);
   }
 
@@ -180,7 +183,7 @@ class ProductRelaxation {
   /// The point within all cuts that minimises the maximum residual of the conditions.
   std::optional<VectorX> minimise_max_residual() {
     const auto z = static_cast<Eigen::Index>(products_.size());
-    LinearProgram program(z + 1);
+    numerics::LinearProgram program(z + 1);
     program.lower.head(z) = bounds(false);
     program.upper.head(z) = bounds(true);
     program.lower[z] = 0;
@@ -189,17 +192,17 @@ class ProductRelaxation {
     for (Eigen::Index k = 0; k < rows_.rows(); ++k) {
       row.head(z) = rows_.row(k).transpose();
       row[z] = 1;
-      program.add_row(0, row, no_bound);
+      program.add_row(0, row, numerics::no_bound);
       row[z] = -1;
-      program.add_row(-no_bound, row, 0);
+      program.add_row(-numerics::no_bound, row, 0);
     }
     row[z] = 0;
     for (const VectorX& cut : cuts_) {
       row.head(z) = cut;
-      program.add_row(0, row, no_bound);
+      program.add_row(0, row, numerics::no_bound);
     }
-    const LinearProgramSolution solution = solve_linear_program(program);
-    if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
+    const numerics::LinearProgramSolution solution = solve_linear_program(program);
+    if (solution.status != numerics::LinearProgramStatus::optimal) return std::nullopt;
     residual_ = solution.x[z];
     return solution.x.head(z);
   }
@@ -216,7 +219,7 @@ class ProductRelaxation {
       cut[s.third] += size(s.third);
       cut[s.second] -= 2 * t * size(s.second);
       cut[s.first] += t * t * size(s.first);
-      if (cut.dot(z) >= -1e-9 * max_abs(cut)) continue;
+      if (cut.dot(z) >= -1e-9 * numerics::max_abs(cut)) continue;
       add(cut);
       has_new_cuts = true;
     }
@@ -229,7 +232,7 @@ class ProductRelaxation {
     const Eigen::Index n = rows_.rows(), z = rows_.cols(), c = static_cast<Eigen::Index>(cuts_.size());
     const Eigen::Index rise = 2 * n + c, fall = rise + z, total = fall + z;
     const VectorX low = bounds(false), high = bounds(true);
-    LinearProgram program(total);
+    numerics::LinearProgram program(total);
     program.lower.setZero();
     program.cost.head(2 * n).setOnes();
     VectorX minimum_row = VectorX::Zero(total);
@@ -244,9 +247,9 @@ class ProductRelaxation {
       minimum_row[rise + j] = low[j];
       minimum_row[fall + j] = -high[j];
     }
-    program.add_row(1, minimum_row, no_bound);
-    const LinearProgramSolution solution = solve_linear_program(program);
-    if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
+    program.add_row(1, minimum_row, numerics::no_bound);
+    const numerics::LinearProgramSolution solution = solve_linear_program(program);
+    if (solution.status != numerics::LinearProgramStatus::optimal) return std::nullopt;
     const VectorX factors = solution.x.head(n) - solution.x.segment(n, n);
     return is_valid_certificate(factors, solution.x.segment(2 * n, c)) ? std::optional<VectorX>(factors) : std::nullopt;
   }
@@ -254,7 +257,7 @@ class ProductRelaxation {
   /// Recomputes the minimum of the combination independently of the linear program.
   bool is_valid_certificate(const VectorX& factors, const VectorX& cut_multipliers) const {
     VectorX rate = rows_.transpose() * factors;
-    double size = max_abs(rate);
+    double size = numerics::max_abs(rate);
     for (std::size_t k = 0; k < cuts_.size(); ++k) {
       const double factor = std::max(0.0, cut_multipliers[static_cast<Eigen::Index>(k)]);
       rate -= factor * cuts_[k];
@@ -276,23 +279,22 @@ class ProductRelaxation {
 
 }  // namespace
 
-std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const SolverContext& context,
-                                                                      const Conditions& conditions,
-                                                                      const SparsePolynomial& in_numbers) {
+std::optional<conditions::InfeasibilityCertificate> certify_by_product_relaxation(
+    const SolverContext& context, const Conditions& conditions, const numerics::SparsePolynomial& in_numbers) {
   const auto factors = ProductRelaxation(context, conditions, in_numbers).run();
   if (!factors) return std::nullopt;
-  InfeasibilityCertificate proof;
-  proof.kind = InfeasibilityCertificate::Kind::product_relaxation;
+  conditions::InfeasibilityCertificate proof;
+  proof.kind = conditions::InfeasibilityCertificate::Kind::product_relaxation;
   proof.combination = factors->cwiseQuotient(conditions.row_scales);
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double largest = max_abs(proof.coefficients);
+  const double largest = numerics::max_abs(proof.coefficients);
   if (!(largest > 0)) return std::nullopt;
   proof.combination /= largest;
   proof.coefficients /= largest;
   // Drops coefficients that are round-off of the linear program.
   for (double& c : proof.coefficients)
     if (std::abs(c) < 1e-9) c = 0;
-  proof.statement = linear_combination_text(conditions.parameters, proof.coefficients) +
+  proof.statement = conditions::linear_combination_text(conditions.parameters, proof.coefficients) +
                     " = 0 cannot hold: with the fixed numbers it is positive for all values within the bounds, as no "
                     "square is negative";
   return proof;

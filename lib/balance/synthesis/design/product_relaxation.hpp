@@ -10,8 +10,7 @@ namespace balance::design {
 /// for independent values of their products. Fixed variables enter with their values.
 /// Source: convex relaxation of products (McCormick 1976; tangents of squares), Farkas' lemma.
 /// @param in_numbers the features as polynomials of the variables [SI]
-std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const SolverContext& context,
-                                                                      const Conditions& conditions,
-                                                                      const SparsePolynomial& in_numbers);
+std::optional<conditions::InfeasibilityCertificate> certify_by_product_relaxation(
+    const SolverContext& context, const Conditions& conditions, const numerics::SparsePolynomial& in_numbers);
 
 }  // namespace balance::design

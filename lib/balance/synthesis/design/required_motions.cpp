@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -38,7 +38,7 @@ std::string motion_failure_reason(const Mechanism& mechanism, const Trajectory& 
 
 }  // namespace
 
-RequiredMotions::RequiredMotions(const Study& start) : coordinates_(balance::start_coordinates(start)) {
+RequiredMotions::RequiredMotions(const Study& start) : coordinates_(simulation::start_coordinates(start)) {
   std::vector<Trajectory> candidates;
   for (const Trajectory& trajectory : start.trajectories) {
     if (is_mass_dependent(trajectory)) continue;
@@ -49,7 +49,7 @@ RequiredMotions::RequiredMotions(const Study& start) : coordinates_(balance::sta
     for (const Trajectory& trajectory : candidates) motions_.push_back(trajectory.name);
 }
 
-VectorX RequiredMotions::numbers(const DesignInstance& instance) const {
+VectorX RequiredMotions::numbers(const study::DesignInstance& instance) const {
   std::vector<double> all;
   for (const Trajectory& trajectory : instance.trajectories) {
     const VectorX one = collect_motion_numbers(instance.mechanism, trajectory);
@@ -58,7 +58,7 @@ VectorX RequiredMotions::numbers(const DesignInstance& instance) const {
   return Eigen::Map<const VectorX>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance) const {
+std::string RequiredMotions::infeasibility_reason(const study::DesignInstance& instance) const {
   constexpr std::size_t max_known_reasons = 128;
   if (!instance.mode_issue.empty()) return instance.mode_issue;
   VectorX motion_numbers = numbers(instance);
@@ -71,7 +71,7 @@ std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance
 }
 
 /// Why the first of the motions cannot be performed.
-std::string RequiredMotions::simulate_motions(const DesignInstance& instance) const {
+std::string RequiredMotions::simulate_motions(const study::DesignInstance& instance) const {
   for (const Trajectory& trajectory : instance.trajectories) {
     if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
     const std::string why = motion_failure_reason(instance.mechanism, reduce_samples(trajectory));
@@ -80,13 +80,13 @@ std::string RequiredMotions::simulate_motions(const DesignInstance& instance) co
   return "";
 }
 
-Mechanism RequiredMotions::assembled_mechanism(DesignInstance instance, bool is_mode_followed) const {
+Mechanism RequiredMotions::assembled_mechanism(study::DesignInstance instance, bool is_mode_followed) const {
   if (is_mode_followed && instance.mode_issue.empty()) return std::move(instance.mechanism);
-  return assembled_at(std::move(instance.mechanism), coordinates_);
+  return simulation::assembled_at(std::move(instance.mechanism), coordinates_);
 }
 
-DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
-  DesignInstance instance = space.instantiate(x);
+study::DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
+  study::DesignInstance instance = space.instantiate(x);
   const Mechanism& m = instance.mechanism;
   const auto fail = [&](const char* message) {
     Diagnostic diagnostic;
@@ -94,7 +94,7 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
     diagnostic.message = message;
     throw SpecError(diagnostic);
   };
-  const bool finite = design::compute_features(m, {}).allFinite() && design::collect_geometry(m, {}).allFinite() &&
+  const bool finite = compute_features(m, {}).allFinite() && collect_geometry(m, {}).allFinite() &&
                       std::all_of(m.assembly.begin(), m.assembly.end(),
                                   [](const CoordinateValue& given) { return std::isfinite(given.value); });
   if (!finite) fail("an expression in the spec has no value for these numbers");
@@ -113,8 +113,8 @@ VectorX collect_motion_numbers(const Mechanism& mechanism, const Trajectory& tra
     numbers.push_back(x);
     return x;
   };
-  convert_mechanism<double>(massless, collect);
-  cast_scalar<double>(trajectory, collect);
+  model::convert_mechanism<double>(massless, collect);
+  trajectory::cast_scalar<double>(trajectory, collect);
   return Eigen::Map<const VectorX>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
@@ -123,4 +123,4 @@ std::string find_validation_issue(const Mechanism& mechanism) {
   return issues.empty() ? "" : issues.front().message;
 }
 
-}  // namespace balance
+}  // namespace balance::design

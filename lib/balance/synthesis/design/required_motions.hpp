@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// The trajectories that do not depend on masses and that the initial mechanism can follow. If it cannot be assembled,
 /// all that do not depend on masses.
@@ -18,14 +18,14 @@ class RequiredMotions {
 
   /// The mechanism of an instance, assembled in the mode that is followed or else as near as possible to the initial
   /// mechanism.
-  Mechanism assembled_mechanism(DesignInstance instance, bool is_mode_followed) const;
+  Mechanism assembled_mechanism(study::DesignInstance instance, bool is_mode_followed) const;
   /// All numbers that decide about feasibility: instances with the same numbers are equally feasible.
-  VectorX numbers(const DesignInstance& instance) const;
+  VectorX numbers(const study::DesignInstance& instance) const;
   /// Why the first infeasible motion cannot be performed; empty if all are feasible.
-  std::string infeasibility_reason(const DesignInstance& instance) const;
+  std::string infeasibility_reason(const study::DesignInstance& instance) const;
 
  private:
-  std::string simulate_motions(const DesignInstance& instance) const;
+  std::string simulate_motions(const study::DesignInstance& instance) const;
 
   std::vector<CoordinateValue> coordinates_;
   std::vector<std::string> motions_;
@@ -40,7 +40,7 @@ std::string find_validation_issue(const Mechanism& mechanism);
 
 /// The mechanism and its trajectories for values of the free numbers.
 /// @throws SpecError if an expression of the mechanism has no value
-DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x);
+study::DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x);
 
 /// The mechanism without masses, inertias, their places, and the springs' stiffness.
 template <class T>
@@ -57,4 +57,4 @@ MechanismOf<T> without_masses(MechanismOf<T> mechanism) {
 /// (is_mass_dependent) are not determined by them.
 VectorX collect_motion_numbers(const Mechanism& mechanism, const Trajectory& trajectory);
 
-}  // namespace balance
+}  // namespace balance::design

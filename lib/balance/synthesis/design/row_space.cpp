@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
@@ -44,14 +44,14 @@ RowSpace::RowSpace(const MatrixX& triangle, const ColumnScales& units) {
     const Eigen::Index first = units.families[f], end = f + 1 < units.families.size() ? units.families[f + 1] : n;
     if (end == first) continue;
     const auto sizes = triangle.middleCols(first, end - first) * scale.segment(first, end - first).asDiagonal();
-    const double largest = max_abs(MatrixX(sizes).colwise().norm());
+    const double largest = numerics::max_abs(MatrixX(sizes).colwise().norm());
     scale.segment(first, end - first) *= largest > 0 ? 1 / largest : 0;
   }
   const MatrixX scaled = triangle * scale.asDiagonal();
   for (Eigen::Index c = 0; c < n; ++c)
     if (scaled.col(c).norm() > row_space_rank_tolerance) active_.push_back(c);
   if (active_.empty()) return;
-  const ColumnPivotingQr qr(MatrixX(scaled(Eigen::all, active_)));
+  const numerics::ColumnPivotingQr qr(MatrixX(scaled(Eigen::all, active_)));
   const auto width = static_cast<Eigen::Index>(active_.size());
   const MatrixX R = qr.matrixR().topRows(std::min(n, width)).triangularView<Eigen::Upper>();
   Eigen::Index rank = 0;
@@ -73,4 +73,4 @@ MatrixX RowSpace::to_coordinates(const MatrixX& rows) const {
   return pivot_block_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(pivots);
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// Sequential QR factorisation of weighted rows F(t).
 class SequentialQr {
@@ -56,4 +56,4 @@ class RowSpace {
   MatrixX pivot_block_;  ///< pivot columns of L, upper triangular
 };
 
-}  // namespace balance
+}  // namespace balance::design

@@ -115,17 +115,18 @@ class DesignRater {
       if (!rows_) return std::nullopt;
       parameter_rows = shared_conditions_->parameter_rows();
       rows_->evaluate(u, values, nullptr);
-      if (max_abs(values.head(parameter_rows)) < doubtful_residual_tolerance)
+      if (numerics::max_abs(values.head(parameter_rows)) < doubtful_residual_tolerance)
         values = rows_->evaluate_from_mechanism(u);
     } else {
       const Conditions conditions = context_.conditions_at(u);
       if (conditions.status != ConditionsStatus::done) return std::nullopt;
       parameter_rows = conditions.parameter_rows();
-      values = scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+      values =
+          scaled_residuals(conditions, conditions::term_values(context_.mechanism(u), context_.options.loose_springs));
     }
     if (!values.allFinite()) return std::nullopt;
     residual = values.norm();
-    return max_abs(values.head(parameter_rows)) < condition_tolerance;
+    return numerics::max_abs(values.head(parameter_rows)) < condition_tolerance;
   }
 
   /// @return std::nullopt if it makes u worse than `best`; infinite if a figure has no value
@@ -144,7 +145,7 @@ class DesignRater {
 
   double added_mass(const VectorX& u) const {
     const Mechanism mechanism = context_.mechanism(u);
-    return size_coefficients(ObjectiveTerm::Size::added_mass, mechanism, {}).dot(parameter_values(mechanism));
+    return size_coefficients(ObjectiveTerm::Size::added_mass, mechanism, {}).dot(dynamics::parameter_values(mechanism));
   }
 
   SolverContext context_;
@@ -424,7 +425,7 @@ class SizeExchange {
   long max_combinations_;
   CombinationRater& rater_;
   std::vector<int> order_;
-  UniformRandom random_;
+  numerics::UniformRandom random_;
   SizeSearchResult best_;
   std::set<std::vector<double>> tried_;
 };

@@ -63,8 +63,9 @@ std::vector<std::vector<bool>> find_geometric_dependence(const SolverContext& co
   return result;
 }
 
-BoundedParameters bound_parameters(const SolverContext& context, const SparsePolynomial& in_numbers, int parameters) {
-  BoundedParameters result;
+conditions::BoundedParameters bound_parameters(const SolverContext& context,
+                                               const numerics::SparsePolynomial& in_numbers, int parameters) {
+  conditions::BoundedParameters result;
   const auto& terms = in_numbers.terms();
   const auto count = static_cast<Eigen::Index>(terms.size());
   result.constant.setZero(parameters);
@@ -129,17 +130,18 @@ std::string condition_count_text(std::size_t n) { return n == 1 ? "1 condition" 
 
 /// If the conditions are affine and only the bounds rule out a solution, the least-squares residual itself defines a
 /// combination of the conditions whose sign is fixed within the bounds.
-std::optional<InfeasibilityCertificate> certify_by_residual(const Conditions& conditions, const ConditionResidual& rows,
-                                                            const VectorX& residual) {
-  if (!(rows.lower_bound(residual) > condition_tolerance * max_abs(residual))) return std::nullopt;
-  InfeasibilityCertificate proof;
-  proof.kind = InfeasibilityCertificate::Kind::bounds;
+std::optional<conditions::InfeasibilityCertificate> certify_by_residual(const Conditions& conditions,
+                                                                        const ConditionResidual& rows,
+                                                                        const VectorX& residual) {
+  if (!(rows.lower_bound(residual) > condition_tolerance * numerics::max_abs(residual))) return std::nullopt;
+  conditions::InfeasibilityCertificate proof;
+  proof.kind = conditions::InfeasibilityCertificate::Kind::bounds;
   proof.combination = residual.cwiseQuotient(conditions.row_scales);
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double largest = max_abs(proof.coefficients);
+  const double largest = numerics::max_abs(proof.coefficients);
   proof.combination /= largest;
   proof.coefficients /= largest;
-  proof.statement = linear_combination_text(conditions.parameters, proof.coefficients) +
+  proof.statement = conditions::linear_combination_text(conditions.parameters, proof.coefficients) +
                     " = 0 cannot hold: it is positive for all values within the bounds";
   return proof;
 }
@@ -158,15 +160,15 @@ std::vector<std::vector<int>> find_condition_variables(const SolverContext& cont
   return result;
 }
 
-std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
-                                                                       const Conditions& conditions,
-                                                                       const ConditionResidual& rows,
-                                                                       const VectorX& residual) {
+std::optional<conditions::InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
+                                                                                   const Conditions& conditions,
+                                                                                   const ConditionResidual& rows,
+                                                                                   const VectorX& residual) {
   const Conditions parameter_conditions = remove_known_rows(conditions);
   if (auto proof = certify_infeasible(parameter_conditions, context.classification.base_mechanism)) return proof;
   if (!context.features.polynomial()) return std::nullopt;
   const auto parameters = static_cast<int>(conditions.matrix.cols());
-  const SparsePolynomial in_numbers =
+  const numerics::SparsePolynomial in_numbers =
       context.features.polynomial()->substitute(context.scaling.centre(), context.scaling.half_width());
   if (auto proof = certify_infeasible(parameter_conditions, bound_parameters(context, in_numbers, parameters)))
     return proof;
@@ -277,7 +279,7 @@ bool is_of_largest_samples(const AffineFigure& figure) {
 
 double series_value(const AffineFigure& figure, const AffineSeries& series, const VectorX& features) {
   const MatrixX values = sample_values(series, features);
-  if (figure.figure != Statistic::rms) return max_coefficient(sample_sizes(figure, values));
+  if (figure.figure != Statistic::rms) return numerics::max_coefficient(sample_sizes(figure, values));
   return std::sqrt(values.colwise().squaredNorm().dot(series.time_weights.transpose()));
 }
 
@@ -442,7 +444,7 @@ void FigureFace::evaluate_excess(const VectorX& features, const MatrixX* slopes,
 }
 
 bool FigureFace::add_cuts(const VectorX& trial, const VectorX& centre, const MatrixX& basis,
-                          LinearProgram& program) const {
+                          numerics::LinearProgram& program) const {
   constexpr std::size_t max_cuts = 20;
   VectorX features;
   MatrixX slopes;
@@ -466,7 +468,7 @@ bool FigureFace::add_cuts(const VectorX& trial, const VectorX& centre, const Mat
         const VectorX normal =
             (direction * rows.leftCols(rows.cols() - 1) * slopes.topRows(rows.cols() - 1)).transpose();
         const double scale = std::abs(sizes[k]);
-        program.add_row(-no_bound, basis.transpose() * normal / scale,
+        program.add_row(-numerics::no_bound, basis.transpose() * normal / scale,
                         (limit - sizes[k] + normal.dot(trial - centre)) / scale);
         has_cuts = true;
       }
@@ -496,7 +498,7 @@ MatrixX find_flat_directions(const ScaledObjective& objective, const MatrixX& ba
     curvature.col(k) = flat.transpose() * (ahead - behind) / (2 * curvature_difference_step);
   }
   if (!curvature.allFinite()) return flat;
-  const SymmetricEigenSolver solver((curvature + curvature.transpose()) / 2);
+  const numerics::SymmetricEigenSolver solver((curvature + curvature.transpose()) / 2);
   std::vector<Eigen::Index> flat_columns;
   for (Eigen::Index k = 0; k < flat.cols(); ++k)
     if (std::abs(solver.eigenvalues()[k]) <= null_space_tolerance * size) flat_columns.push_back(k);
@@ -526,7 +528,7 @@ MatrixX mass_jacobian(const SolverContext& context, const Conditions& conditions
 bool compute_jacobian(const SolverContext& context, const Conditions& conditions, const VectorX& u, MatrixX& jacobian) {
   jacobian = mass_jacobian(context, conditions, u);
   if (jacobian.rows() == 0 || !context.classification.has_geometric()) return true;
-  const NonlinearSystem equations = make_equations_near(context, u, {});
+  const numerics::NonlinearSystem equations = make_equations_near(context, u, {});
   VectorX values;
   if (!equations.evaluate || !equations.evaluate(u, values, &jacobian)) return false;
   jacobian.conservativeResize(equations.primary_rows, Eigen::NoChange);

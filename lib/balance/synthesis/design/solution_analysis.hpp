@@ -17,10 +17,10 @@ std::vector<std::vector<int>> find_condition_variables(const SolverContext& cont
 
 /// Proof that the conditions at a fixed geometry cannot be met, either for any masses or within the bounds.
 /// @param residual of the best design
-std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
-                                                                       const Conditions& conditions,
-                                                                       const ConditionResidual& rows,
-                                                                       const VectorX& residual);
+std::optional<conditions::InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
+                                                                                   const Conditions& conditions,
+                                                                                   const ConditionResidual& rows,
+                                                                                   const VectorX& residual);
 
 /// Derives status, unmet conditions and reason from the residuals, the proof and the fixed conditions.
 void determine_status(DesignOutcome& outcome);
@@ -49,7 +49,8 @@ class FigureFace {
   void evaluate_excess(const VectorX& features, const MatrixX* slopes, VectorX& excess, MatrixX* jacobian) const;
   /// Adds to a program over z, with unit coordinates centre + basis · z, the tangents of the peaks that a trial
   /// increases. @return whether there are any
-  bool add_cuts(const VectorX& trial, const VectorX& centre, const MatrixX& basis, LinearProgram& program) const;
+  bool add_cuts(const VectorX& trial, const VectorX& centre, const MatrixX& basis,
+                numerics::LinearProgram& program) const;
 
  private:
   FigureFace(const SolverContext& context, const VectorX& u, std::vector<AffineFigure> figures);

@@ -76,13 +76,7 @@ void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
   raise_lower_bound(outcome, bound.lower_bound);
 }
 
-}  // namespace balance::design
-
-namespace balance {
-
 namespace {
-
-using namespace design;
 
 /// Whether one result of the same problem is better than another: balanced first, then within the limits or nearer to
 /// them, then by the objective.
@@ -386,15 +380,17 @@ class DesignCompletion {
   /// Numbers without effect on a compromise, which is chosen by its residuals, get their start values.
   void restore_ineffective(DesignOutcome& outcome) const {
     const auto residuals = [&](const VectorX& u) {
-      return scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+      return scaled_residuals(outcome.conditions,
+                              conditions::term_values(context_.mechanism(u), context_.options.loose_springs));
     };
     VectorX u = context_.scaling.to_unit(outcome.x);
     for (int i = 0; i < context_.scaling.size(); ++i) {
       VectorX restored = u;
       restored[i] = context_.scaling.start()[i];
       if (restored[i] == u[i] || context_.classification.is_geometric[static_cast<std::size_t>(i)]) continue;
-      const bool is_ineffective = max_abs(residuals(restored) - outcome.residuals_after) <= rounding_tolerance &&
-                                  !((*objective_)(restored, nullptr) > outcome.objective);
+      const bool is_ineffective =
+          numerics::max_abs(residuals(restored) - outcome.residuals_after) <= rounding_tolerance &&
+          !((*objective_)(restored, nullptr) > outcome.objective);
       if (is_ineffective && context_.is_admissible(restored)) u = restored;
     }
     apply(outcome, u);
@@ -437,8 +433,8 @@ class DesignCompletion {
     const double value = (*objective_)(u, nullptr);
     outcome.objective = std::abs(value) <= objective_->round_off() ? 0 : value;
     outcome.lower_bound = std::min(outcome.lower_bound, outcome.objective);
-    outcome.residuals_after =
-        scaled_residuals(outcome.conditions, term_values(context_.mechanism(u), context_.options.loose_springs));
+    outcome.residuals_after = scaled_residuals(
+        outcome.conditions, conditions::term_values(context_.mechanism(u), context_.options.loose_springs));
     if (!problem_.limits.empty()) evaluate_limits(problem_, outcome);
   }
 
@@ -478,4 +474,4 @@ DesignOutcome solve_design(const DesignProblem& problem) {
   return outcome;
 }
 
-}  // namespace balance
+}  // namespace balance::design

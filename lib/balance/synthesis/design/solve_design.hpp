@@ -6,7 +6,7 @@
 #include "balance/synthesis/design/design_problem.hpp"
 #include "balance/synthesis/design/start_agreement.hpp"
 
-namespace balance {
+namespace balance::design {
 
 enum class DesignStatus {
   unsolved,    ///< no result; see `reason`
@@ -92,7 +92,7 @@ struct DesignOutcome {
   std::vector<std::vector<int>> condition_variables;  ///< per condition: the free numbers that it depends on
   std::vector<int> unmet_fixed_conditions;            ///< unmet conditions that no free number changes
   std::vector<int> unmet_conditions;                  ///< conditions that x does not meet
-  std::optional<InfeasibilityCertificate> certificate;
+  std::optional<conditions::InfeasibilityCertificate> certificate;
   double objective = std::numeric_limits<double>::quiet_NaN();        ///< at x
   double start_objective = std::numeric_limits<double>::quiet_NaN();  ///< at the start values
   /// Proved lower bound of the objective for all exact designs (without a goal, and for a compromise by the objective:
@@ -145,6 +145,12 @@ void complete_design(const DesignProblem& problem, double seconds, DesignOutcome
 /// (problem.options.loose_springs), the conditions do not depend on the free numbers. solve_design() adds them
 /// automatically. Objectives of parameters use the parameters as listed with problem.options, so call this function
 /// before building them from forces.
-FreeSprings find_loose_springs(const DesignProblem& problem);
+dynamics::FreeSprings find_loose_springs(const DesignProblem& problem);
+
+}  // namespace balance::design
+
+namespace balance {
+
+using design::DesignStatus;
 
 }  // namespace balance

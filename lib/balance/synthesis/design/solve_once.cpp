@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::design {
+
+using numerics::NonlinearSystem;
 
 namespace {
-
-using namespace design;
 
 /// Maximum numbers of exact solutions from which the objective is optimised, if several are needed.
 constexpr int max_exact_starts = 6, max_simulated_starts = 2, max_subproblem_starts = 2;
@@ -75,7 +75,7 @@ class SingleSolver {
       const double value = (*objective_)(u, nullptr);
       if (!(value <= objective_->lower_bound() + objective_->round_off())) continue;
       const VectorX residuals = scaled_residuals(outcome_.conditions, parameters(u));
-      const bool is_balanced = residuals.size() == 0 || max_abs(residuals) < condition_tolerance;
+      const bool is_balanced = residuals.size() == 0 || numerics::max_abs(residuals) < condition_tolerance;
       if (is_balanced && context_.is_admissible(u)) return u;
     }
     return std::nullopt;
@@ -258,7 +258,7 @@ class SingleSolver {
     if (!is_exact(context_, equations, u)) return std::nullopt;
     double value = (*objective_)(u, nullptr);
     const VectorX vertex = solve_on_bounds(equations, u);
-    if (is_exact(context_, equations, vertex) && max_abs(exact(vertex)) < condition_tolerance)
+    if (is_exact(context_, equations, vertex) && numerics::max_abs(exact(vertex)) < condition_tolerance)
       if (const double at_vertex = (*objective_)(vertex, nullptr);
           at_vertex <= value + vertex_value_tolerance * std::abs(value)) {
         u = vertex;
@@ -345,8 +345,8 @@ class SingleSolver {
     outcome_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
   }
 
-  VectorX find_compromise(const NonlinearSystem& equations, const LeastSquaresResult& best, bool convex) {
-    const SearchOptions& options = context_.problem.search;
+  VectorX find_compromise(const NonlinearSystem& equations, const numerics::LeastSquaresResult& best, bool convex) {
+    const study::SearchOptions& options = context_.problem.search;
     if (objective_ && !context_.problem.objective->is_secondary) {
       outcome_.notes.push_back("a compromise: the numbers within their bounds for which " +
                                context_.problem.objective->name + " is smallest, regardless of the conditions");
@@ -378,7 +378,7 @@ class SingleSolver {
   }
 
   VectorX parameters(const VectorX& u) const {
-    return term_values(context_.mechanism(u), context_.options.loose_springs);
+    return conditions::term_values(context_.mechanism(u), context_.options.loose_springs);
   }
 
   /// Replaces an invalid design by the start values.
@@ -435,10 +435,6 @@ class SingleSolver {
 
 }  // namespace
 
-namespace design {
-
 SingleSolve solve_once(const DesignProblem& problem) { return SingleSolver(problem).run(); }
 
-}  // namespace design
-
-}  // namespace balance
+}  // namespace balance::design

@@ -22,8 +22,8 @@ SolverContext::SolverContext(const DesignProblem& p, SearchBudget& b)
       physical_constraints(features, classification, features.evaluate_from_mechanism(scaling.start())) {
   options.loose_springs = classification.loose_springs;
   const Eigen::Index parameter_count =
-                         parameter_values(classification.base_mechanism, classification.loose_springs).size(),
-                     known_count = known_term_values(classification.base_mechanism).size();
+                         dynamics::parameter_values(classification.base_mechanism, classification.loose_springs).size(),
+                     known_count = conditions::known_term_values(classification.base_mechanism).size();
   options.variable_terms.assign(static_cast<std::size_t>(known_count), false);
   for (int variable = 0; variable < scaling.size(); ++variable)
     for (Eigen::Index k = 0; k < known_count; ++k)
@@ -70,7 +70,7 @@ Conditions SolverContext::derive_conditions(const Mechanism& mechanism) const {
   if (!problem.goals.empty()) return problem.model->derive_conditions(mechanism, problem.goals, options);
   Conditions none;
   none.status = ConditionsStatus::done;
-  none.parameters = list_terms(mechanism, options.loose_springs);
+  none.parameters = conditions::list_terms(mechanism, options.loose_springs);
   none.matrix.resize(0, static_cast<Eigen::Index>(none.parameters.size()));
   return none;
 }

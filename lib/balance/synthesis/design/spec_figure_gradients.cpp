@@ -10,7 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::design {
+
+using derivatives::FigureGradient;
 
 namespace {
 
@@ -25,7 +27,7 @@ std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
 struct FigureSlot {
   ValueWithGradient QuantityGradients::*slope;
   double FigureGradient::*value;
-  std::array<double, dual_width> FigureGradient::*derivatives;
+  std::array<double, numerics::dual_width> FigureGradient::*derivatives;
 };
 constexpr FigureSlot figure_slots[] = {{&QuantityGradients::peak, &FigureGradient::peak, &FigureGradient::d_peak},
                                        {&QuantityGradients::rms, &FigureGradient::rms, &FigureGradient::d_rms},
@@ -39,17 +41,18 @@ class FigureDifferentiation {
       : space_(space), x_(x), trajectory_(trajectory), requested_(quantities), arrays_(arrays) {}
 
   SpecFigureGradients run() {
-    for (Eigen::Index first = 0; first == 0 || first < x_.size(); first += dual_width)
-      if (!differentiate(first, std::min<Eigen::Index>(x_.size(), first + dual_width))) break;
+    for (Eigen::Index first = 0; first == 0 || first < x_.size(); first += numerics::dual_width)
+      if (!differentiate(first, std::min<Eigen::Index>(x_.size(), first + numerics::dual_width))) break;
     return std::move(out_);
   }
 
  private:
   /// The values of the spec, with derivatives by the inputs `first` to `last`.
-  RecordedValues<DualNumber> derived_by(Eigen::Index first, Eigen::Index last) const {
-    std::vector<DualNumber> inputs(space_.inputs.begin(), space_.inputs.end());
+  study::RecordedValues<derivatives::DualNumber> derived_by(Eigen::Index first, Eigen::Index last) const {
+    std::vector<derivatives::DualNumber> inputs(space_.inputs.begin(), space_.inputs.end());
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
-      DualNumber& input = inputs[static_cast<std::size_t>(space_.free_inputs[static_cast<std::size_t>(i)])];
+      derivatives::DualNumber& input =
+          inputs[static_cast<std::size_t>(space_.free_inputs[static_cast<std::size_t>(i)])];
       input = x_[i];
       if (i >= first && i < last) input.d[static_cast<std::size_t>(i - first)] = 1;
     }
@@ -58,11 +61,12 @@ class FigureDifferentiation {
 
   /// @return whether there is a run
   bool differentiate(Eigen::Index first, Eigen::Index last) {
-    const RecordedValues<DualNumber> values = derived_by(first, last);
-    const auto trajectory = cast_scalar<DualNumber>(space_.recording->trajectories[trajectory_], values);
-    MechanismOf<DualNumber> mechanism = values.mechanism();
-    if (space_.assembly_mode) set_assembly(mechanism, space_.instantiate(x_).mechanism.assembly);
-    const RunGradient gradient = differentiate_run(mechanism, trajectory, arrays_);
+    const study::RecordedValues<derivatives::DualNumber> values = derived_by(first, last);
+    const auto trajectory =
+        trajectory::cast_scalar<derivatives::DualNumber>(space_.recording->trajectories[trajectory_], values);
+    MechanismOf<derivatives::DualNumber> mechanism = values.mechanism();
+    if (space_.assembly_mode) study::set_assembly(mechanism, space_.instantiate(x_).mechanism.assembly);
+    const derivatives::RunGradient gradient = derivatives::differentiate_run(mechanism, trajectory, arrays_);
     out_.outcome = gradient.run.outcome;
     if (gradient.run.outcome.status != MotionStatus::done) return false;
     if (out_.quantities.empty()) name_quantities(gradient.run);
@@ -72,7 +76,7 @@ class FigureDifferentiation {
 
   /// Lists the quantities that have figures; each is the worst of a range of the gradient's figures.
   void name_quantities(const RunResult& run) {
-    const std::vector<MetricSeries> series = list_metric_series(run);
+    const std::vector<results::MetricSeries> series = list_metric_series(run);
     const ValueWithGradient unknown{0, VectorX::Zero(x_.size())};
     const auto add = [&](const std::string& quantity, std::size_t first, std::size_t last) {
       out_.quantities.push_back({quantity, unknown, unknown, unknown, unknown, {}, {}});
@@ -84,11 +88,11 @@ class FigureDifferentiation {
     }
     for (const std::string& name : requested_) {
       if (find_quantity(out_, name) != nullptr) continue;
-      const auto is_member = [&](const MetricSeries& one) { return one.quantity.starts_with(name + "["); };
+      const auto is_member = [&](const results::MetricSeries& one) { return one.quantity.starts_with(name + "["); };
       if (const auto member = std::find_if(series.begin(), series.end(), is_member); member != series.end()) {
         const auto last = std::find_if_not(member, series.end(), is_member);
         add(name, static_cast<std::size_t>(member - series.begin()), static_cast<std::size_t>(last - series.begin()));
-      } else if (std::optional<MetricSeries> one = find_series(run, name)) {
+      } else if (std::optional<results::MetricSeries> one = find_series(run, name)) {
         further_.push_back(std::move(*one));
         const std::size_t index = series.size() + further_.size() - 1;
         add(name, index, index + 1);
@@ -97,8 +101,8 @@ class FigureDifferentiation {
     out_.energy = out_.duration = unknown;
   }
 
-  void copy_gradients(const FigureGradients& gradients, Eigen::Index from, Eigen::Index to) {
-    const auto copy = [&](const std::array<double, dual_width>& derivatives, ValueWithGradient& slope) {
+  void copy_gradients(const derivatives::FigureGradients& gradients, Eigen::Index from, Eigen::Index to) {
+    const auto copy = [&](const std::array<double, numerics::dual_width>& derivatives, ValueWithGradient& slope) {
       for (Eigen::Index i = from; i < to; ++i) slope.gradient[i] = derivatives[static_cast<std::size_t>(i - from)];
     };
     for (std::size_t q = 0; q < members_.size(); ++q) {
@@ -112,11 +116,11 @@ class FigureDifferentiation {
         slope.value = worst.*slot.value;
         copy(worst.*slot.derivatives, slope);
       }
-      const auto add = [&](const std::vector<Extreme> FigureGradient::*extremes,
+      const auto add = [&](const std::vector<derivatives::Extreme> FigureGradient::*extremes,
                            std::vector<ValueWithGradient>& slopes) {
         std::size_t k = 0;
         for (auto member = first; member != last; ++member)
-          for (const Extreme& extreme : (*member).*extremes) {
+          for (const derivatives::Extreme& extreme : (*member).*extremes) {
             if (k == slopes.size()) slopes.push_back({0, VectorX::Zero(x_.size())});
             slopes[k].value = extreme.value;
             copy(extreme.d, slopes[k++]);
@@ -135,7 +139,7 @@ class FigureDifferentiation {
   const VectorX& x_;
   std::size_t trajectory_;
   const std::vector<std::string>&requested_, &arrays_;
-  std::vector<MetricSeries> further_;  ///< requested quantities without metrics
+  std::vector<results::MetricSeries> further_;  ///< requested quantities without metrics
   SpecFigureGradients out_;
   std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: range of the gradient's figures
 };
@@ -143,7 +147,7 @@ class FigureDifferentiation {
 /// "torque[A1]" belongs to the array "torque", and "force[S]" to "force".
 std::vector<std::string> arrays_of(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
-  for (const std::string& quantity : quantities) arrays.push_back(effort_array_name(quantity));
+  for (const std::string& quantity : quantities) arrays.push_back(results::effort_array_name(quantity));
   return arrays;
 }
 
@@ -161,8 +165,8 @@ SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const Vec
 const QuantityGradients* find_quantity(const SpecFigureGradients& slopes, const std::string& quantity) {
   const auto found =
       std::find_if(slopes.quantities.begin(), slopes.quantities.end(),
-                   [&](const QuantityGradients& one) { return is_quantity_name(quantity, one.quantity); });
+                   [&](const QuantityGradients& one) { return results::is_quantity_name(quantity, one.quantity); });
   return found == slopes.quantities.end() ? nullptr : &*found;
 }
 
-}  // namespace balance
+}  // namespace balance::design

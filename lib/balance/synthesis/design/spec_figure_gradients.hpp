@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// A figure and its derivative by each free number.
 struct ValueWithGradient {
@@ -44,4 +44,4 @@ SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const Vec
 /// The quantity of this name; nullptr if there is none.
 const QuantityGradients* find_quantity(const SpecFigureGradients& slopes, const std::string& quantity);
 
-}  // namespace balance
+}  // namespace balance::design

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::design {
 
 StartAgreement compare_starts(const std::vector<double>& ends, double best) {
   StartAgreement agreement;
@@ -31,4 +31,4 @@ StartAgreement compare_starts(const std::vector<double>& ends, double best) {
   return agreement;
 }
 
-}  // namespace balance
+}  // namespace balance::design

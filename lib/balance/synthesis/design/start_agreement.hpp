@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// Difference, relative to the best value, up to which two starts ended at the same value.
 inline constexpr double start_agreement_tolerance = 1e-6;
@@ -24,4 +24,4 @@ struct StartAgreement {
 /// @param best value of the design
 StartAgreement compare_starts(const std::vector<double>& ends, double best);
 
-}  // namespace balance
+}  // namespace balance::design

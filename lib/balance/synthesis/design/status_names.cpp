@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace balance {
+namespace balance::design {
 
 const char* name_of(ConditionsStatus status) {
   switch (status) {
@@ -61,4 +61,4 @@ const std::vector<std::string>& design_verdict_words() {
   return words;
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 const char* name_of(ConditionsStatus status);  ///< "done", "rank-unclear", …
 const char* name_of(DesignStatus status);      ///< "balanced", "compromise", …
@@ -17,4 +17,4 @@ const char* name_of(DesignMethod method);      ///< "affine", "polynomial", …
 /// All words for statuses and optimality of designs, each once.
 const std::vector<std::string>& design_verdict_words();
 
-}  // namespace balance
+}  // namespace balance::design

@@ -64,7 +64,8 @@ class TieBreaker {
  private:
   /// Marks the numbers that scale an element: its mass, its moment of inertia or a spring's stiffness.
   void find_amounts(const Mechanism& mechanism) {
-    const std::vector<Parameter> parameters = list_parameters(mechanism, context_.classification.loose_springs);
+    const std::vector<dynamics::Parameter> parameters =
+        dynamics::list_parameters(mechanism, context_.classification.loose_springs);
     const VectorX added = added_parameter_mask(mechanism, parameters);
     is_amount_.assign(static_cast<std::size_t>(context_.scaling.size()), false);
     for (int i = 0; i < context_.scaling.size(); ++i) {
@@ -73,10 +74,10 @@ class TieBreaker {
         const auto k = static_cast<int>(p);
         if (!context_.classification.has_effect(i, k)) continue;
         const bool is_added = added[k] != 0;
-        scales = scales || (parameters[p].kind == ParameterKind::stiffness) ||
-                 (is_added && parameters[p].kind == ParameterKind::mass);
-        turns = turns || (is_added && parameters[p].kind == ParameterKind::moment_of_inertia);
-        moves = moves || parameters[p].kind == ParameterKind::first_moment || !is_added;
+        scales = scales || (parameters[p].kind == dynamics::ParameterKind::stiffness) ||
+                 (is_added && parameters[p].kind == dynamics::ParameterKind::mass);
+        turns = turns || (is_added && parameters[p].kind == dynamics::ParameterKind::moment_of_inertia);
+        moves = moves || parameters[p].kind == dynamics::ParameterKind::first_moment || !is_added;
       }
       is_amount_[static_cast<std::size_t>(i)] = scales || (turns && !moves);
     }
@@ -90,9 +91,9 @@ class TieBreaker {
 
   double max_residual(const VectorX& u, const Conditions& conditions) const {
     if (conditions.matrix.rows() == 0) return 0;
-    const VectorX values = term_values(context_.mechanism(u), context_.options.loose_springs);
+    const VectorX values = conditions::term_values(context_.mechanism(u), context_.options.loose_springs);
     if (values.size() != conditions.matrix.cols()) return std::numeric_limits<double>::infinity();
-    return max_abs(scaled_residuals(conditions, values));
+    return numerics::max_abs(scaled_residuals(conditions, values));
   }
 
   /// Whether figure, conditions and limits are those of the design, or better.
@@ -247,7 +248,7 @@ class TieBreaker {
         limits = {};
         if (context_.limits->size() > 0) context_.limits->evaluate(u_, limits.g, &limits.slopes);
       }
-      LinearProgram program = make_program(basis, numbers, limits, radius);
+      numerics::LinearProgram program = make_program(basis, numbers, limits, radius);
       const std::optional<VectorX> lighter = find_lighter(figure, numbers, basis, program);
       has_moved = lighter.has_value();
       if (!lighter) {
@@ -265,11 +266,11 @@ class TieBreaker {
 
   /// Solves the program, adding tangents of what its solution would exceed. Sets has_saving_.
   std::optional<VectorX> find_lighter(const FigureFace* figure, const std::vector<int>& numbers, const MatrixX& basis,
-                                      LinearProgram& program) {
+                                      numerics::LinearProgram& program) {
     for (int k = 0; k < max_tie_cuts; ++k) {
-      const LinearProgramSolution solution = solve_linear_program(program);
+      const numerics::LinearProgramSolution solution = solve_linear_program(program);
       if (k == 0) has_saving_ = false;
-      if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
+      if (solution.status != numerics::LinearProgramStatus::optimal) return std::nullopt;
       const VectorX step = move_by(basis * solution.x);
       if (k == 0)
         has_saving_ = program.cost.dot(solution.x) < -mass_saving_tolerance * std::abs(added_mass_) || saves_mass(step);
@@ -284,12 +285,12 @@ class TieBreaker {
   }
 
   /// @param radius of each number's change
-  LinearProgram make_program(const MatrixX& basis, const std::vector<int>& numbers, const LinearLimits& limits,
-                             double radius) const {
+  numerics::LinearProgram make_program(const MatrixX& basis, const std::vector<int>& numbers,
+                                       const LinearLimits& limits, double radius) const {
     VectorX features;
     MatrixX slopes;
     context_.features.evaluate(u_, features, &slopes);
-    LinearProgram program(basis.cols());
+    numerics::LinearProgram program(basis.cols());
     const VectorX mass_slope = slopes.topRows(mass_coefficients_.size()).transpose() * mass_coefficients_;
     program.cost = basis.transpose() * mass_slope;
     for (const int i : numbers)
@@ -303,13 +304,13 @@ class TieBreaker {
     return program;
   }
 
-  static void add_tangents(LinearProgram& program, const VectorX& g, const MatrixX& slopes) {
+  static void add_tangents(numerics::LinearProgram& program, const VectorX& g, const MatrixX& slopes) {
     for (Eigen::Index k = 0; k < g.size(); ++k)
       if (std::isfinite(g[k]) && slopes.row(k).allFinite())
-        program.add_row(-std::max(0.0, g[k]), slopes.row(k).transpose(), no_bound);
+        program.add_row(-std::max(0.0, g[k]), slopes.row(k).transpose(), numerics::no_bound);
   }
 
-  bool add_limit_cuts(const VectorX& trial, const MatrixX& basis, LinearProgram& program) const {
+  bool add_limit_cuts(const VectorX& trial, const MatrixX& basis, numerics::LinearProgram& program) const {
     if (context_.limits->size() == 0) return false;
     VectorX g;
     MatrixX slopes;
@@ -317,7 +318,7 @@ class TieBreaker {
     bool has_cuts = false;
     for (Eigen::Index k = 0; k < g.size(); ++k) {
       if (!(g[k] < 0) || !slopes.row(k).allFinite()) continue;
-      program.add_row(slopes.row(k).dot(trial - u_) - g[k], (slopes.row(k) * basis).transpose(), no_bound);
+      program.add_row(slopes.row(k).dot(trial - u_) - g[k], (slopes.row(k) * basis).transpose(), numerics::no_bound);
       has_cuts = true;
     }
     return has_cuts;
@@ -356,7 +357,7 @@ class TieBreaker {
                               bool with_limits) const {
     if (numbers.empty()) return from;
     const ConditionResidual conditions(context_, conditions_);
-    NonlinearSystem equations;
+    numerics::NonlinearSystem equations;
     equations.evaluate = [&](const VectorX& u, VectorX& values, MatrixX* jacobian) {
       VectorX features;
       MatrixX slopes;

@@ -30,7 +30,8 @@ constexpr Eigen::Index max_followed_directions = 4;
 constexpr int max_follow_iterations = 8;
 
 bool is_active(const MaxTerm& term, Eigen::Index k, double scale) {
-  return std::abs(term.weight) * (max_coefficient(term.values) - term.values[k]) <= active_value_tolerance * scale;
+  return std::abs(term.weight) * (numerics::max_coefficient(term.values) - term.values[k]) <=
+         active_value_tolerance * scale;
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ TieFollower::TieFollower(const SolverContext& context, const ScaledObjective& ob
   for (const MaxTerm& term : *terms_) {
     is_sum_of_maxima = is_sum_of_maxima && term.values.size() > 0 && (term.weight >= 0 || term.values.size() == 1);
     if (!is_sum_of_maxima) break;
-    sum += term.weight * max_coefficient(term.values);
+    sum += term.weight * numerics::max_coefficient(term.values);
     for (Eigen::Index k = 0; k < term.values.size(); ++k)
       scale_ = std::max(scale_, follow_step * std::abs(term.weight) * term.jacobian.row(k).norm());
   }
@@ -73,7 +74,7 @@ std::optional<MatrixX> TieFollower::find_directions(const MatrixX& free, const M
 bool TieFollower::is_stationary(const MatrixX& free, const MatrixX& limits) const {
   const Eigen::Index n = free.cols(), maxima = static_cast<Eigen::Index>(terms_->size());
   if (n == 0) return true;
-  LinearProgram program(n + maxima);
+  numerics::LinearProgram program(n + maxima);
   const auto add = [&](double low, const VectorX& by_step, double high) {
     VectorX row = VectorX::Zero(n + maxima);
     row.head(n) = by_step;
@@ -83,20 +84,20 @@ bool TieFollower::is_stationary(const MatrixX& free, const MatrixX& limits) cons
     add(std::max(-1 - u_[i], -follow_step) / follow_step, free.row(i).transpose(),
         std::min(1 - u_[i], follow_step) / follow_step);
   for (Eigen::Index k = 0; k < limits.rows(); ++k)
-    add(0, (limits.row(k) * free).transpose() / std::max(limits.row(k).norm(), 1e-300), no_bound);
+    add(0, (limits.row(k) * free).transpose() / std::max(limits.row(k).norm(), 1e-300), numerics::no_bound);
   for (Eigen::Index j = 0; j < maxima; ++j) {
     const MaxTerm& term = (*terms_)[static_cast<std::size_t>(j)];
     program.cost[n + j] = 1;
-    const double highest = max_coefficient(term.values);
+    const double highest = numerics::max_coefficient(term.values);
     for (Eigen::Index k = 0; k < term.values.size(); ++k) {
       VectorX row = VectorX::Zero(n + maxima);
       row.head(n) = -term.weight * follow_step * (term.jacobian.row(k) * free).transpose() / scale_;
       row[n + j] = 1;
-      program.add_row(term.weight * (term.values[k] - highest) / scale_, row, no_bound);
+      program.add_row(term.weight * (term.values[k] - highest) / scale_, row, numerics::no_bound);
     }
   }
-  const LinearProgramSolution solution = solve_linear_program(program);
-  return solution.status == LinearProgramStatus::optimal &&
+  const numerics::LinearProgramSolution solution = solve_linear_program(program);
+  return solution.status == numerics::LinearProgramStatus::optimal &&
          -program.cost.dot(solution.x) * scale_ <=
              stationarity_tolerance * std::abs(value_) + active_value_tolerance * scale_;
 }
@@ -130,7 +131,7 @@ MatrixX TieFollower::span_first_order_ties(const MatrixX& free, const MatrixX& l
   basis.bottomRightCorner(maxima, maxima).setIdentity();
   const MatrixX span = span_feasible_directions(basis, normals).topRows(n);
   if (span.cols() == 0) return span;
-  const SingularValueDecomposition svd(span, Eigen::ComputeFullU);
+  const numerics::SingularValueDecomposition svd(span, Eigen::ComputeFullU);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > null_space_tolerance) ++rank;
   return svd.matrixU().leftCols(rank);
@@ -146,9 +147,9 @@ std::optional<MatrixX> TieFollower::test_by_values(const MatrixX& directions, co
   const MatrixX one_sided = restrict_to_null_space(directions, two_sided.transpose(), null_space_tolerance);
   for (Eigen::Index k = 0; k < one_sided.cols(); ++k) {
     const VectorX slopes = limits * one_sided.col(k);
-    const double sense = max_coefficient(slopes) > -min_coefficient(slopes) ? 1 : -1;
+    const double sense = numerics::max_coefficient(slopes) > -numerics::min_coefficient(slopes) ? 1 : -1;
     const VectorX inwards = sense * one_sided.col(k);
-    if (min_coefficient(VectorX(limits * inwards)) < -null_space_tolerance) return std::nullopt;
+    if (numerics::min_coefficient(VectorX(limits * inwards)) < -null_space_tolerance) return std::nullopt;
     const Change change = change_along(follow_step * inwards);
     if (change == Change::unknown || change == Change::fall) return std::nullopt;
     if (change == Change::none) ties.push_back(inwards);
@@ -180,7 +181,7 @@ MatrixX TieFollower::find_principal_directions(const MatrixX& basis) const {
       curvature(i, j) = curvature(j, i) =
           (second_difference(basis.col(i) + basis.col(j)) - curvature(i, i) - curvature(j, j)) / 2;
   if (!curvature.allFinite()) return MatrixX(basis.rows(), 0);
-  return basis * SymmetricEigenSolver(curvature).eigenvectors();
+  return basis * numerics::SymmetricEigenSolver(curvature).eigenvectors();
 }
 
 TieFollower::Change TieFollower::change_along(const VectorX& step) const {
@@ -192,7 +193,7 @@ TieFollower::Change TieFollower::change_along(const VectorX& step) const {
 /// The change of the figure along a step and back to the maxima, conditions and limits of the design; NaN if that fails.
 double TieFollower::value_difference(const VectorX& step) const {
   constexpr double not_defined = std::numeric_limits<double>::quiet_NaN();
-  if (context_.budget.is_interrupted() || max_abs(VectorX(u_ + step)) > 1 + 1e-9) return not_defined;
+  if (context_.budget.is_interrupted() || numerics::max_abs(VectorX(u_ + step)) > 1 + 1e-9) return not_defined;
   try {
     const VectorX at = restore(clip_to_unit_box(u_ + step));
     const bool has_moved = (at - u_).norm() > step.norm() / 2;
@@ -201,8 +202,8 @@ double TieFollower::value_difference(const VectorX& step) const {
       const Conditions conditions = context_.classification.has_geometric() ? context_.conditions_at(at) : conditions_;
       if (conditions.status != ConditionsStatus::done) return not_defined;
       const VectorX residuals =
-          scaled_residuals(conditions, term_values(context_.mechanism(at), context_.options.loose_springs));
-      if (residuals.size() > 0 && !(max_abs(residuals) < restored_residual_tolerance)) return not_defined;
+          scaled_residuals(conditions, conditions::term_values(context_.mechanism(at), context_.options.loose_springs));
+      if (residuals.size() > 0 && !(numerics::max_abs(residuals) < restored_residual_tolerance)) return not_defined;
     }
     return objective_(at, nullptr) - value_;
   } catch (const SpecError&) {
@@ -214,7 +215,7 @@ double TieFollower::value_difference(const VectorX& step) const {
 
 VectorX TieFollower::restore(const VectorX& from) const {
   const ConditionResidual masses(context_, conditions_);
-  NonlinearSystem geometry;
+  numerics::NonlinearSystem geometry;
   if (context_.classification.has_geometric() && conditions_.matrix.rows() > 0)
     geometry = make_equations_near(context_, u_, {});
   VectorX g;
@@ -223,7 +224,7 @@ VectorX TieFollower::restore(const VectorX& from) const {
   for (Eigen::Index k = 0; k < g.size(); ++k)
     if (g[k] < active_value_tolerance) active_limits.push_back(k);
 
-  NonlinearSystem equations;
+  numerics::NonlinearSystem equations;
   equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
     std::vector<double> residuals;
     std::vector<VectorX> slopes;

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// Peak, mean and range of a quantity over the samples, as functions of a few coordinates.
 class SampledFigures {
@@ -99,11 +99,11 @@ double AffineFigure::operator()(const VectorX& parameters) const {
   for (const AffineSeries& one : series) {
     const VectorX values = one.rows * parameters;
     if (figure == Statistic::maximum) {
-      worst = std::max(worst, max_coefficient(values));
+      worst = std::max(worst, numerics::max_coefficient(values));
       continue;
     }
     const auto sizes = values.reshaped(one.components, one.time_weights.size()).colwise().norm();
-    worst = std::max(worst, figure == Statistic::peak ? max_abs(sizes)
+    worst = std::max(worst, figure == Statistic::peak ? numerics::max_abs(sizes)
                                                       : std::sqrt(sizes.cwiseAbs2().dot(one.time_weights.transpose())));
   }
   return worst;
@@ -137,7 +137,7 @@ void SampledFigures::add_gradient(Eigen::Index sample, const MatrixX& values, do
 
 double SampledFigures::peak(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
-  const Eigen::Index sample = max_index(all.rowwise().squaredNorm());
+  const Eigen::Index sample = numerics::max_index(all.rowwise().squaredNorm());
   const double peak = all.row(sample).norm();
   if (gradient) {
     gradient->setZero(z.size());
@@ -162,7 +162,7 @@ double SampledFigures::range(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
   const bool scalar = components_ == 1;
   const VectorX value = scalar ? VectorX(all.col(0)) : VectorX(all.rowwise().norm());
-  const Eigen::Index low = min_index(value), high = max_index(value);
+  const Eigen::Index low = numerics::min_index(value), high = numerics::max_index(value);
   const double range = value[high] - value[low];
   if (gradient) {
     gradient->setZero(z.size());
@@ -179,7 +179,7 @@ double SampledFigures::range(const VectorX& z, VectorX* gradient) const {
 double SampledFigures::extreme(const VectorX& z, bool is_maximum, VectorX* gradient) const {
   const MatrixX all = values(z);
   const VectorX value = components_ == 1 ? VectorX(all.col(0)) : VectorX(all.rowwise().norm());
-  const Eigen::Index sample = is_maximum ? max_index(value) : min_index(value);
+  const Eigen::Index sample = is_maximum ? numerics::max_index(value) : numerics::min_index(value);
   if (gradient && components_ == 1) *gradient = matrices_.row(sample).transpose();
   if (gradient && components_ > 1) {
     gradient->setZero(z.size());
@@ -263,7 +263,7 @@ struct FigureSource {
 template <class S>
 class FixedMotion : public FigureSource {
  public:
-  FixedMotion(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose)
+  FixedMotion(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose)
       : mechanism_(mechanism), trajectory_(trajectory), loose_(loose), motion_(mechanism_, trajectory_) {
     set_units();
   }
@@ -311,7 +311,7 @@ class FixedMotion : public FigureSource {
  private:
   /// Units: kilograms for inertial parameters, newtons per metre for springs, 1 for the constant.
   void set_units() {
-    const std::vector<Parameter> parameters = list_parameters(mechanism_, loose_);
+    const std::vector<dynamics::Parameter> parameters = dynamics::list_parameters(mechanism_, loose_);
     const auto count = static_cast<Eigen::Index>(parameters.size());
     units_.scale.setOnes(count + 1);
     for (Eigen::Index p = 0; p < count; ++p)
@@ -326,10 +326,10 @@ class FixedMotion : public FigureSource {
   /// averages, evaluated.
   /// @return false if the motion ends early
   template <class Visit>
-  bool visit_samples(TreeMotionSource<S>& source, Visit&& visit) const {
+  bool visit_samples(dynamics::TreeMotionSource<S>& source, Visit&& visit) const {
     return source.outcome().status == MotionStatus::done &&
-           visit_time_grid(source, trajectory_.samples, [&](const TimeGridPoint& point) {
-             if (point.kind == TimeGridPoint::Kind::after_jump && point.has_coincident_next) return true;
+           visit_time_grid(source, trajectory_.samples, [&](const trajectory::TimeGridPoint& point) {
+             if (point.kind == trajectory::TimeGridPoint::Kind::after_jump && point.has_coincident_next) return true;
              if (!source.evaluate()) return false;
              visit();
              return true;
@@ -347,7 +347,8 @@ class FixedMotion : public FigureSource {
     const bool needs_velocities = std::any_of(quantities.begin(), quantities.end(), [](const CostQuantity& quantity) {
       return quantity.kind == CostQuantity::Kind::kinetic_energy;  // of all origins
     });
-    TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about, needs_velocities ? Detail::all : Detail::forces);
+    dynamics::TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about,
+                                         needs_velocities ? dynamics::Detail::all : dynamics::Detail::forces);
     Eigen::Index sample_count = 0;
     bool is_complete = false;
     if (source.outcome().status == MotionStatus::done) {
@@ -384,7 +385,8 @@ class FixedMotion : public FigureSource {
       AffineSeries& one = series[s];
       one.components = rows_per_series;
       if (sample == one.time_weights.size()) {
-        const Eigen::Index capacity = std::max<Eigen::Index>({trajectory_.samples, min_time_steps + 1, 2 * sample});
+        const Eigen::Index capacity =
+            std::max<Eigen::Index>({trajectory_.samples, trajectory::min_time_steps + 1, 2 * sample});
         one.rows.conservativeResize(capacity * rows_per_series, rows.cols());
         one.time_weights.conservativeResize(capacity);
       }
@@ -395,7 +397,7 @@ class FixedMotion : public FigureSource {
   }
 
   /// Zeroes the columns of payloads that are not attached.
-  void zero_absent_payloads(const TreePayloads<S>& loads, MatrixX& rows) const {
+  void zero_absent_payloads(const kinematics::TreePayloads<S>& loads, MatrixX& rows) const {
     for (std::size_t e = 0; e < motion_.tree.mass_elements.size(); ++e)
       if (!loads.is_attached(e, loads.current_interval()))
         rows.middleCols(S::inertial_parameter_count * static_cast<Eigen::Index>(e), S::inertial_parameter_count)
@@ -436,8 +438,8 @@ class FixedMotion : public FigureSource {
 
   Mechanism mechanism_;
   Trajectory trajectory_;
-  FreeSprings loose_;
-  CompiledMotion<S> motion_;
+  dynamics::FreeSprings loose_;
+  kinematics::CompiledMotion<S> motion_;
   ColumnScales units_;
   // determined by the first pass along the motion
   bool is_traversed_ = false;
@@ -451,11 +453,12 @@ struct TrajectoryCost::Implementation {
   std::unique_ptr<FigureSource> source;
 };
 
-TrajectoryCost::TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose) {
+TrajectoryCost::TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory,
+                               const dynamics::FreeSprings& loose) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   std::unique_ptr<FigureSource> source;
-  dispatch_space(mechanism.space,
-                 [&]<class S>(S) { source = std::make_unique<FixedMotion<S>>(mechanism, trajectory, loose); });
+  kinematics::dispatch_space(
+      mechanism.space, [&]<class S>(S) { source = std::make_unique<FixedMotion<S>>(mechanism, trajectory, loose); });
   implementation_ = std::make_shared<const Implementation>(Implementation{std::move(source)});
 }
 
@@ -482,4 +485,4 @@ bool is_mass_dependent(const Trajectory& trajectory) {
   return trajectory.drive == DriveKind::com || trajectory.from.com || trajectory.to.com;
 }
 
-}  // namespace balance
+}  // namespace balance::design

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 // Figures of a run along a fixed motion: norms of rows times the parameters.
 
@@ -48,7 +48,7 @@ class TrajectoryCost {
   /// Solves the start pose. For CoM drives, the motion is that of the mechanism's own masses.
   /// @param loose springs whose parameters are all products of stiffness and end points
   /// @throws std::invalid_argument if trajectory and mechanism do not match
-  TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose = {});
+  TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose = {});
   ~TrajectoryCost();
   TrajectoryCost(TrajectoryCost&&) noexcept;
   TrajectoryCost& operator=(TrajectoryCost&&) noexcept;
@@ -80,4 +80,4 @@ bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity)
 /// Whether the prescribed motion itself depends on the masses (drive com, or a pose given by the CoM).
 bool is_mass_dependent(const Trajectory& trajectory);
 
-}  // namespace balance
+}  // namespace balance::design

@@ -9,30 +9,31 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::design {
 
 namespace {
 
 constexpr long max_remainder_samples = 1001;
 
 /// The mechanism without the unbalanceable part of an element; std::nullopt if masses can influence all of it.
-std::optional<Mechanism> remove_element(const Mechanism& mechanism, const UnbalanceableElement& remainder,
+std::optional<Mechanism> remove_element(const Mechanism& mechanism, const conditions::UnbalanceableElement& remainder,
                                         const Conditions& conditions) {
   Mechanism reduced_mechanism = mechanism;
   bool changed = false;
   const auto i = static_cast<std::size_t>(remainder.index);
   for (const int t : remainder.terms) {
-    const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
-    if (!is_load_change(term) && !conditions.matrix.col(t).head(conditions.parameter_rows()).isZero(0)) continue;
+    const dynamics::Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+    if (!conditions::is_load_change(term) && !conditions.matrix.col(t).head(conditions.parameter_rows()).isZero(0))
+      continue;
     changed = true;
-    if (term.owner_kind == ParameterOwner::friction) {
-      friction_coefficient(reduced_mechanism.friction[i], term) = 0;
-    } else if (is_load_change(term)) {
+    if (term.owner_kind == dynamics::ParameterOwner::friction) {
+      conditions::friction_coefficient(reduced_mechanism.friction[i], term) = 0;
+    } else if (conditions::is_load_change(term)) {
       reduced_mechanism.loads[i].time.clear();
       reduced_mechanism.loads[i].force.resize(1);
       reduced_mechanism.loads[i].moment.resize(1);
     } else {
-      const bool couple = term.kind == ParameterKind::couple;
+      const bool couple = term.kind == dynamics::ParameterKind::couple;
       const int axis = term.symbol == "m" ? 2 : term.symbol[1] - 'x';
       for (Vector3& value : couple ? reduced_mechanism.loads[i].moment : reduced_mechanism.loads[i].force)
         value[axis] = 0;
@@ -55,8 +56,8 @@ void add_efforts(const RunResult& complete_run, const RunResult& reduced_run, co
                  UnbalancedRemainder& entry) {
   const Samples difference = complete_run.torque - reduced_run.torque;
   for (Eigen::Index a = 0; a < difference.cols(); ++a) {
-    const double size = max_abs(difference.col(a));
-    if (!(size > 1e-12 * max_abs(complete_run.torque.col(a)))) continue;
+    const double size = numerics::max_abs(difference.col(a));
+    if (!(size > 1e-12 * numerics::max_abs(complete_run.torque.col(a)))) continue;
     const auto actuator = static_cast<std::size_t>(a);
     entry.efforts.push_back(
         {trajectory, complete_run.actuator_names[actuator], complete_run.actuator_units[actuator], size});
@@ -64,7 +65,7 @@ void add_efforts(const RunResult& complete_run, const RunResult& reduced_run, co
 }
 
 /// A spring has no constant part that could be removed: its stiffness is a parameter.
-bool is_removable(const UnbalancedRemainder& entry) { return entry.element.bearer != ParameterOwner::spring; }
+bool is_removable(const UnbalancedRemainder& entry) { return entry.element.bearer != dynamics::ParameterOwner::spring; }
 
 }  // namespace
 
@@ -72,12 +73,12 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
                                                             const std::vector<Trajectory>& trajectories,
                                                             const Conditions& conditions,
                                                             const ConditionOptions& options) {
-  const VectorX values = term_values(mechanism, options.loose_springs);
+  const VectorX values = conditions::term_values(mechanism, options.loose_springs);
   std::vector<UnbalancedRemainder> all;
-  for (const UnbalanceableElement& remainder :
+  for (const conditions::UnbalanceableElement& remainder :
        list_unbalanceable_elements(conditions, values, mechanism, condition_tolerance)) {
     UnbalancedRemainder entry{remainder, unbalanceable_element_text(remainder, conditions, values), {}, {}};
-    for (const PeakEffort& effort : find_peak_static_efforts(mechanism, conditions, remainder, options)) {
+    for (const conditions::PeakEffort& effort : find_peak_static_efforts(mechanism, conditions, remainder, options)) {
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
       if (!std::isfinite(effort.magnitude)) {
         entry.failed_trajectories.push_back(
@@ -109,4 +110,4 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
   return all;
 }
 
-}  // namespace balance
+}  // namespace balance::design

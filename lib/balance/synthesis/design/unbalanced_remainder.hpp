@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::design {
 
 /// The maximum effort of one actuator caused by an element.
 struct RemainderEffort {
@@ -19,7 +19,7 @@ struct RemainderEffort {
 
 /// An element that no choice of masses and stiffnesses can balance.
 struct UnbalancedRemainder {
-  UnbalanceableElement element;
+  conditions::UnbalanceableElement element;
   std::string text;  ///< "friction in R1 (0.5 N m s/rad viscous)"
   std::vector<RemainderEffort> efforts;
   struct Unknown {
@@ -36,4 +36,4 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
                                                             const Conditions& conditions,
                                                             const ConditionOptions& options = {});
 
-}  // namespace balance
+}  // namespace balance::design

@@ -64,7 +64,8 @@ double VariableScaling::to_unit(int i, double x) const {
 namespace {
 
 /// Marks springs of zero free length whose end points vary.
-FreeSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mechanism>& others, FreeSprings loose) {
+dynamics::FreeSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mechanism>& others,
+                                             dynamics::FreeSprings loose) {
   const std::size_t n = base.springs.size();
   loose.resize(n, false);
   const auto zero_length = [](const Spring& spring) { return spring.free_length == 0; };
@@ -103,7 +104,8 @@ std::optional<Mechanism> try_build_mechanism(const VariableScaling& scaling, con
                                              const VectorX& u) {
   try {
     Mechanism mechanism = problem.model->build_mechanism(scaling.to_variables(u));
-    if (collect_geometry(mechanism, {}).allFinite() && parameter_values(mechanism, {}).allFinite()) return mechanism;
+    if (collect_geometry(mechanism, {}).allFinite() && dynamics::parameter_values(mechanism, {}).allFinite())
+      return mechanism;
   } catch (const SpecError&) {
   }
   return std::nullopt;
@@ -115,7 +117,7 @@ VariableClassification classify_variables(const VariableScaling& scaling, const 
   VariableClassification result;
   const int n = scaling.size();
   // Inside the bounds, where masses are positive; far enough from the other values for clear differences.
-  UniformRandom random(problem.search.seed);
+  numerics::UniformRandom random(problem.search.seed);
   result.base = random.sample_point(n, 0.1, 0.4);
   result.perturbed = random.sample_point(n, -0.8, -0.5);
   std::optional<Mechanism> at_base = try_build_mechanism(scaling, problem, result.base);
@@ -143,23 +145,19 @@ VariableClassification classify_variables(const VariableScaling& scaling, const 
     others.push_back(other ? *other : result.base_mechanism);
   }
   result.loose_springs = springs_with_free_ends(result.base_mechanism, others, problem.options.loose_springs);
-  result.base_features = design::compute_features(result.base_mechanism, result.loose_springs);
+  result.base_features = compute_features(result.base_mechanism, result.loose_springs);
   const VectorX base_geometry = collect_geometry(result.base_mechanism, result.loose_springs);
   for (const Mechanism& other : others) {
-    result.perturbed_features.push_back(design::compute_features(other, result.loose_springs));
+    result.perturbed_features.push_back(compute_features(other, result.loose_springs));
     result.is_geometric.push_back(!is_equal_to_rounding(collect_geometry(other, result.loose_springs), base_geometry));
   }
   return result;
 }
 
-}  // namespace balance::design
-
-namespace balance {
-
-FreeSprings find_loose_springs(const DesignProblem& problem) {
-  const design::VariableScaling scaling(problem.variables);
+dynamics::FreeSprings find_loose_springs(const DesignProblem& problem) {
+  const VariableScaling scaling(problem.variables);
   if (problem.model->build_mechanism(scaling.to_variables(scaling.start())).springs.empty()) return {};
   return design::classify_variables(scaling, problem).loose_springs;
 }
 
-}  // namespace balance
+}  // namespace balance::design

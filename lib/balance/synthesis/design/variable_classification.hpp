@@ -40,8 +40,8 @@ struct VariableClassification {
   VectorX base;       ///< unit coordinates in general position
   VectorX perturbed;  ///< another value of each variable
   Mechanism base_mechanism;
-  FreeSprings loose_springs;       ///< springs whose end points are parameters rather than geometry
-  std::vector<bool> is_geometric;  ///< whether each variable changes the geometry
+  dynamics::FreeSprings loose_springs;  ///< springs whose end points are parameters rather than geometry
+  std::vector<bool> is_geometric;       ///< whether each variable changes the geometry
   VectorX base_features;
   std::vector<VectorX> perturbed_features;  ///< with only variable i changed
   double change_threshold = 1e-12;          ///< relative change of a feature that counts as a change

@@ -19,13 +19,13 @@ class BasicPointModelBuilder {
         mechanism_(mechanism),
         model_(model),
         symbols_(symbols),
-        basic_points_(natural::choose_basic_points(mechanism)) {}
+        basic_points_(verification::natural::choose_basic_points(mechanism)) {}
 
   BasicPointModel build() {
     point_model_.moving = basic_points_.moving;
     point_model_.names = basic_points_.names;
-    for (const natural::Complex position : basic_points_.fixed)
-      point_model_.fixed.push_back(*joint_position(ground, position));
+    for (const verification::natural::Complex position : basic_points_.fixed)
+      point_model_.fixed.push_back(*joint_position(model::ground, position));
     for (std::size_t b = 0; b < basic_points_.bodies.size(); ++b)
       point_model_.bodies.push_back(body(static_cast<int>(b)));
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
@@ -35,15 +35,15 @@ class BasicPointModelBuilder {
 
  private:
   /// Position of the joint that holds a body at this place; std::nullopt if none does.
-  std::optional<Vector> joint_position(int body, natural::Complex position) {
+  std::optional<Vector> joint_position(int body, verification::natural::Complex position) {
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
       const Joint& joint = mechanism_.joints[j];
       if (joint.type != JointType::revolute && joint.type != JointType::fixed) continue;
       for (const bool first : {true, false}) {
         const Vector3& point = first ? joint.point_first : joint.point_second;
         const int owner = first ? joint.first : joint.second;
-        if (owner == body &&
-            std::abs(natural::to_complex(point, basic_points_.length) - position) <= coincidence_tolerance)
+        if (owner == body && std::abs(verification::natural::to_complex(point, basic_points_.length) - position) <=
+                                 coincidence_tolerance)
           return symbols_.joint_point(static_cast<int>(j), first);
       }
     }
@@ -51,7 +51,7 @@ class BasicPointModelBuilder {
   }
 
   /// An auxiliary point is one characteristic length along x away from the body's only joint, or from its origin.
-  Vector auxiliary_position(int body, natural::Complex position) {
+  Vector auxiliary_position(int body, verification::natural::Complex position) {
     if (std::abs(position) <= coincidence_tolerance) return {};
     Vector auxiliary = joint_position(body, position - 1.0).value_or(Vector{});
     if (point_model_.length_symbol < 0)
@@ -62,10 +62,10 @@ class BasicPointModelBuilder {
 
   BasicBody body(int b) {
     BasicBody basic_body;
-    if (b == ground) return basic_body;
-    const natural::BodyPoints& points = basic_points_.bodies[static_cast<std::size_t>(b)];
+    if (b == model::ground) return basic_body;
+    const verification::natural::BodyPoints& points = basic_points_.bodies[static_cast<std::size_t>(b)];
     basic_body.is_triangle = points.has_mass_triangle;
-    for (const natural::BodyPoint& point : points.points) {
+    for (const verification::natural::BodyPoint& point : points.points) {
       const auto at_joint = joint_position(b, point.position);
       basic_body.points.push_back(point.point);
       basic_body.positions.push_back(at_joint ? *at_joint : auxiliary_position(b, point.position));
@@ -93,7 +93,7 @@ class BasicPointModelBuilder {
   }
 
   void add_joint(int index) {
-    const JointOf<Expression>& joint = model_.mechanism().joints[static_cast<std::size_t>(index)];
+    const model::JointOf<Expression>& joint = model_.mechanism().joints[static_cast<std::size_t>(index)];
     if (joint.type != JointType::fixed && joint.type != JointType::prismatic && joint.type != JointType::pin_slot)
       throw FormulaError("joint " + joint.name + " does not constrain points alone");
     BasicJoint basic_joint{joint.type, joint.first, joint.second, {}, {}, {}, {}};
@@ -108,7 +108,7 @@ class BasicPointModelBuilder {
   const Mechanism& mechanism_;
   const ParametricModel& model_;
   MechanismSymbols& symbols_;
-  natural::BasicPoints basic_points_;
+  verification::natural::BasicPoints basic_points_;
   BasicPointModel point_model_;
 };
 

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace balance {
+namespace balance::formulas {
 
 // Sets entries of equations of motion that are only round-off to 0.
 
@@ -29,11 +29,13 @@ struct EquationScales {
 EquationScales compute_equation_scales(const Mechanism& mechanism);
 
 /// @param is_length per row: whether its coordinate is a length
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, IndependentTerms& terms);
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, RedundantTerms& terms);
-void clear_round_off(const EquationScales& scales, SpeedTerms& terms);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length,
+                     dynamics::IndependentTerms& terms);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, dynamics::RedundantTerms& terms);
+void clear_round_off(const EquationScales& scales, dynamics::SpeedTerms& terms);
 /// @param is_force per actuator: whether its effort is a force
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force, EffortBreakdown& breakdown);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force,
+                     dynamics::EffortBreakdown& breakdown);
 
 /// Clears entries far below the largest one.
 void clear_relative_round_off(MatrixX& matrix);
@@ -61,7 +63,7 @@ VectorX coordinate_scales(const std::vector<bool>& is_length, double length) {
 /// over its unit is of the order of angular velocities.
 void clear_inertia_round_off(const VectorX& units, MatrixX& mass, std::vector<MatrixX>& velocity) {
   const VectorX root = mass.diagonal().cwiseAbs().cwiseSqrt();
-  const double largest = root.size() > 0 ? max_coefficient(root) : 0;
+  const double largest = root.size() > 0 ? numerics::max_coefficient(root) : 0;
   const Eigen::Index d = std::min(root.size(), units.size());
   for (Eigen::Index r = 0; r < d; ++r)
     for (Eigen::Index s = 0; s < d; ++s) {
@@ -71,7 +73,7 @@ void clear_inertia_round_off(const VectorX& units, MatrixX& mass, std::vector<Ma
     }
 }
 
-void clear_static_round_off(const VectorX& units, const EquationScales& scales, StaticTerms& static_terms) {
+void clear_static_round_off(const VectorX& units, const EquationScales& scales, dynamics::StaticTerms& static_terms) {
   for (const auto& [term, moment] : {std::pair(&static_terms.weight, scales.gravity_moment),
                                      {&static_terms.springs, scales.spring_moment},
                                      {&static_terms.loads, scales.load_moment}})
@@ -95,11 +97,12 @@ EquationScales compute_equation_scales(const Mechanism& mechanism) {
 }
 
 void clear_relative_round_off(MatrixX& matrix) {
-  const double largest = max_abs(matrix);
+  const double largest = numerics::max_abs(matrix);
   for (double& value : matrix.reshaped()) clear_if_round_off(value, largest);
 }
 
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, IndependentTerms& terms) {
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length,
+                     dynamics::IndependentTerms& terms) {
   const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
   clear_relative_round_off(terms.viscous);
@@ -107,22 +110,24 @@ void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_l
   clear_static_round_off(units, scales, terms.static_terms);
 }
 
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, RedundantTerms& terms) {
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length,
+                     dynamics::RedundantTerms& terms) {
   const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
   clear_static_round_off(units, scales, terms.rest);
   for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
     clear_relative_round_off(*matrix);
-  const double largest = max_abs(terms.transformation);
+  const double largest = numerics::max_abs(terms.transformation);
   for (MatrixX& form : terms.acceleration)
     for (double& value : form.reshaped()) clear_if_round_off(value, largest);
 }
 
-void clear_round_off(const EquationScales& scales, SpeedTerms& terms) {
+void clear_round_off(const EquationScales& scales, dynamics::SpeedTerms& terms) {
   clear_relative_round_off(terms.rows);
   clear_relative_round_off(terms.rates);
-  const double inertia = std::max(max_abs(terms.speed_equations.mass), max_abs(terms.constraint_equations.mass));
-  for (IndependentTerms* equations : {&terms.speed_equations, &terms.constraint_equations}) {
+  const double inertia =
+      std::max(numerics::max_abs(terms.speed_equations.mass), numerics::max_abs(terms.constraint_equations.mass));
+  for (dynamics::IndependentTerms* equations : {&terms.speed_equations, &terms.constraint_equations}) {
     for (double& value : equations->mass.reshaped()) clear_if_round_off(value, inertia);
     for (MatrixX& form : equations->velocity)
       for (double& value : form.reshaped()) clear_if_round_off(value, inertia * std::max(1.0, 1 / scales.length));
@@ -133,10 +138,11 @@ void clear_round_off(const EquationScales& scales, SpeedTerms& terms) {
   }
 }
 
-void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force, EffortBreakdown& breakdown) {
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force,
+                     dynamics::EffortBreakdown& breakdown) {
   for (Eigen::Index k = 0; k < breakdown.parts.rows(); ++k) {
     const double unit = is_force[static_cast<std::size_t>(k)] ? scales.length : 1;
-    const double size = std::max(scales.gravity_moment / unit, max_abs(breakdown.parts.row(k)));
+    const double size = std::max(scales.gravity_moment / unit, numerics::max_abs(breakdown.parts.row(k)));
     for (double& value : breakdown.parts.row(k)) clear_if_round_off(value, size);
     clear_if_round_off(breakdown.effort[k], size);
   }
@@ -155,7 +161,7 @@ constexpr double zero_term_tolerance = 1e-9;  ///< relative to the largest term 
 class EquationsReporter {
  public:
   EquationsReporter(const Mechanism& mechanism, const EquationsQuery& query,
-                    const std::vector<GeometricSymbol>& symbols)
+                    const std::vector<conditions::GeometricSymbol>& symbols)
       : mechanism_(mechanism),
         query_(query),
         symbols_(symbols),
@@ -188,7 +194,7 @@ class EquationsReporter {
     at_.is_length = flag_lengths(mechanism_, terms_.independent());
     at_.is_force = flag_lengths(mechanism_, mechanism_.actuators);
     at_.redundant = terms_.redundant();
-    at_.has_rate_constraints = balance::has_velocity_constraints(mechanism_);
+    at_.has_rate_constraints = model::has_velocity_constraints(mechanism_);
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
     at_.torque_scale = scales_.gravity_moment;
@@ -196,9 +202,9 @@ class EquationsReporter {
 
   void set_configuration() {
     const std::vector<CoordinateId>& independent = terms_.independent();
-    at_.q = independent_positions(independent, query_.configuration);
-    at_.dq = independent_rates(mechanism_, independent, query_.rates);
-    at_.ddq = independent_rates(mechanism_, independent, query_.accelerations);
+    at_.q = dynamics::independent_positions(independent, query_.configuration);
+    at_.dq = dynamics::independent_rates(mechanism_, independent, query_.rates);
+    at_.ddq = dynamics::independent_rates(mechanism_, independent, query_.accelerations);
   }
 
   template <class T>
@@ -229,10 +235,10 @@ class EquationsReporter {
   }
 
   void clear_round_off() {
-    balance::clear_round_off(scales_, at_.is_length, *at_.terms);
-    if (at_.in_speeds) balance::clear_round_off(scales_, *at_.in_speeds);
-    if (at_.loops) balance::clear_round_off(scales_, terms_.redundant_lengths(), *at_.loops);
-    if (at_.split) balance::clear_round_off(scales_, at_.is_force, *at_.split);
+    formulas::clear_round_off(scales_, at_.is_length, *at_.terms);
+    if (at_.in_speeds) formulas::clear_round_off(scales_, *at_.in_speeds);
+    if (at_.loops) formulas::clear_round_off(scales_, terms_.redundant_lengths(), *at_.loops);
+    if (at_.split) formulas::clear_round_off(scales_, at_.is_force, *at_.split);
     if (at_.regressor)
       for (MatrixX* matrix : {&at_.regressor->effort, &at_.regressor->shaking_force, &at_.regressor->shaking_moment})
         clear_relative_round_off(*matrix);
@@ -242,16 +248,16 @@ class EquationsReporter {
   }
 
   bool add_speeds() {
-    const SpeedChoice& choice = query_.speeds;
+    const model::SpeedChoice& choice = query_.speeds;
     if (choice.speeds.empty() && choice.constrained.empty()) return true;
-    for (const GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
-    for (const GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
+    for (const model::GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
+    for (const model::GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
     return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
   /// u_k = k q̈_k (P1 eq. 27).
   void find_diagonal_factors() {
-    const IndependentTerms& t = *at_.terms;
+    const dynamics::IndependentTerms& t = *at_.terms;
     const Eigen::Index d = t.mass.rows();
     if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), zero_term_tolerance)) return;
     const VectorX k = t.mass.diagonal();
@@ -266,8 +272,8 @@ class EquationsReporter {
     off_diagonal.diagonal().setZero();
     bool decoupled = is_negligible(off_diagonal) && t.viscous.isZero(0);
     for (const MatrixX& form : t.velocity) decoupled = decoupled && is_negligible(form);
-    decoupled = decoupled &&
-                max_abs(t.static_terms.sum()) <= zero_term_tolerance * std::max(at_.torque_scale, max_coefficient(k));
+    decoupled = decoupled && numerics::max_abs(t.static_terms.sum()) <=
+                                 zero_term_tolerance * std::max(at_.torque_scale, numerics::max_coefficient(k));
     if (decoupled) at_.diagonal_factors = k;
   }
 
@@ -285,7 +291,7 @@ class EquationsReporter {
       return;
     }
     InverseDynamics inverse_dynamics(mechanism_, options_);
-    std::vector<CoordinateGuess> guesses;
+    std::vector<dynamics::CoordinateGuess> guesses;
     for (const CoordinateValue& value : query_.configuration)
       guesses.push_back({coordinate(value.coordinate).name, value.value});
     inverse_dynamics.assemble(at_.q, guesses);
@@ -302,13 +308,13 @@ class EquationsReporter {
     else if (has_velocity_constraints(mechanism_))
       at_.notes.push_back("no natural coordinates: they do not support constraints on speeds");
     else
-      at_.natural = natural::compute_natural_terms(mechanism_, at_.configuration);
+      at_.natural = verification::natural::compute_natural_terms(mechanism_, at_.configuration);
   }
 
   void add_parameters() {
     Mechanism configured = mechanism_;
     configured.assembly = query_.configuration;
-    Conditions base_parameters = compute_base_parameters(configured);
+    Conditions base_parameters = conditions::compute_base_parameters(configured);
     if (base_parameters.status != ConditionsStatus::done) {
       at_.notes.push_back("no base parameters: " + base_parameters.reason);
       return;
@@ -317,16 +323,16 @@ class EquationsReporter {
       at_.parameter_names = name_coefficients(configured, base_parameters, symbols_, [&](const Mechanism& other) {
         Mechanism reconfigured = other;
         reconfigured.assembly = query_.configuration;
-        return compute_base_parameters(reconfigured);
+        return conditions::compute_base_parameters(reconfigured);
       });
     at_.parameters = std::move(base_parameters);
   }
 
   const Mechanism& mechanism_;
   const EquationsQuery& query_;
-  const std::vector<GeometricSymbol>& symbols_;
+  const std::vector<conditions::GeometricSymbol>& symbols_;
   InverseOptions options_;
-  EquationTerms terms_;
+  dynamics::EquationTerms terms_;
   const EquationScales scales_ = compute_equation_scales(mechanism_);
   EquationsReport out_;
   EquationsAtConfiguration& at_ = out_.at;
@@ -346,10 +352,11 @@ void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out)
       out.static_terms.resize(N, d);
   out.transformation.resize(N, n * d);
   out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
-  out.parts.resize(N, actuators * static_cast<Eigen::Index>(effort_part_names.size()));
+  out.parts.resize(N, actuators * static_cast<Eigen::Index>(dynamics::effort_part_names.size()));
 }
 
-void write_row(const IndependentTerms& terms, const RedundantTerms& loops, Eigen::Index k, EquationsAlongRun& out) {
+void write_row(const dynamics::IndependentTerms& terms, const dynamics::RedundantTerms& loops, Eigen::Index k,
+               EquationsAlongRun& out) {
   write_matrix_row(terms.mass, 0, out.mass.row(k));
   write_matrix_row(terms.viscous, 0, out.viscous.row(k));
   const Eigen::Index d = terms.mass.rows();
@@ -369,7 +376,7 @@ const std::vector<std::string>& equation_section_names() {
 }
 
 EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
-                                     const std::vector<GeometricSymbol>& symbols) {
+                                     const std::vector<conditions::GeometricSymbol>& symbols) {
   if (!has_temporary_payloads(mechanism)) return EquationsReporter(mechanism, query, symbols).run();
   const Mechanism current_mechanism = mechanism_at_time(mechanism, query.time);
   EquationsReport report = EquationsReporter(current_mechanism, query, symbols).run();
@@ -400,8 +407,8 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   InverseOptions options{independent, Vector3::Zero(), 1};
   const double duration = result.time[result.time.size() - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
-  EquationTerms terms(mechanism, options);
-  const StateTable states = extract_independent_states(terms, result);
+  dynamics::EquationTerms terms(mechanism, options);
+  const dynamics::StateTable states = extract_independent_states(terms, result);
   for (const int c : terms.independent())
     out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
   out.redundant = terms.redundant();
@@ -434,4 +441,4 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   return out;
 }
 
-}  // namespace balance
+}  // namespace balance::formulas

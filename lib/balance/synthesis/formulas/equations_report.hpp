@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::formulas {
 
 /// Parts of the report that can be requested.
 enum class EquationSection { inertia, velocity, gravity, torques, redundant, natural, regressor, parameters };
@@ -24,7 +24,7 @@ struct EquationsQuery {
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
   double time = 0;                       ///< for loads that change over time and for temporary payloads [s]
   std::vector<std::string> independent;  ///< see InverseOptions
-  SpeedChoice speeds;                    ///< if not empty, the equation is also given in these speeds
+  model::SpeedChoice speeds;             ///< if not empty, the equation is also given in these speeds
   std::set<EquationSection> sections;
 };
 
@@ -38,17 +38,17 @@ struct EquationsAtConfiguration {
   std::vector<bool> is_force;  ///< per actuator: whether its effort is a force
   VectorX configuration;       ///< of all coordinates of the mechanism
   VectorX q, dq, ddq;
-  std::optional<IndependentTerms> terms;
-  std::optional<SpeedTerms> in_speeds;
+  std::optional<dynamics::IndependentTerms> terms;
+  std::optional<dynamics::SpeedTerms> in_speeds;
   bool has_rate_constraints =
       false;  ///< its rates are constrained: the configuration has more freedoms than `independent`
   std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are zero
-  std::optional<RedundantTerms> loops;
-  std::optional<EffortBreakdown> split;
-  std::optional<EffortRegressor> regressor;
-  std::optional<natural::NaturalTerms> natural;
+  std::optional<dynamics::RedundantTerms> loops;
+  std::optional<dynamics::EffortBreakdown> split;
+  std::optional<dynamics::EffortRegressor> regressor;
+  std::optional<verification::natural::NaturalTerms> natural;
   std::optional<Conditions> parameters;  ///< result of compute_base_parameters
-  ConditionNames parameter_names;
+  conditions::ConditionNames parameter_names;
   double torque_scale =
       0;  ///< weight of everything that moves times the mechanism's length [N m]: reference for round-off of forces
   std::optional<VectorX> diagonal_factors;  ///< k of u_k = k q̈_k, if only a diagonal M′ remains there (P1 eq. 27, 28)
@@ -63,7 +63,7 @@ struct EquationsReport {
 /// @param symbols in which base parameters are written; empty: numbers only
 /// @throws std::invalid_argument for coordinates that do not exist or do not determine the motion
 EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
-                                     const std::vector<GeometricSymbol>& symbols);
+                                     const std::vector<conditions::GeometricSymbol>& symbols);
 
 /// The matrices at every sample of a run. Row k belongs to result.time[k]; matrices are stored row by row.
 struct EquationsAlongRun {
@@ -87,4 +87,4 @@ EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at);
 EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
                                           const std::vector<std::string>& independent);
 
-}  // namespace balance
+}  // namespace balance::formulas

@@ -81,7 +81,7 @@ class EngineComparison {
     const MatrixX A = jacobian(y), S = selection();
     MatrixX stacked_jacobian(A.rows() + S.rows(), n_);
     stacked_jacobian << A, S;
-    ColumnPivotingQr solver;
+    numerics::ColumnPivotingQr solver;
     solver.setThreshold(redundancy_threshold);
     solver.compute(stacked_jacobian);
     if (solver.rank() < n_) return false;
@@ -95,17 +95,17 @@ class EngineComparison {
     bias_rhs.head(A.rows()) = -quadratic(y, dy);
     const VectorX gamma = solver.solve(bias_rhs);
     // at an inexact pose, redundant closures contradict the others
-    if (max_abs(stacked_jacobian * B - rhs) > closure_consistency_tolerance ||
-        max_abs(stacked_jacobian * gamma - bias_rhs) > closure_consistency_tolerance)
+    if (numerics::max_abs(stacked_jacobian * B - rhs) > closure_consistency_tolerance ||
+        numerics::max_abs(stacked_jacobian * gamma - bias_rhs) > closure_consistency_tolerance)
       return false;
     const auto M = engine_.mass_matrix(q);
     const auto h = engine_.bias(q, v);
     if (!M || !h) return false;
     const auto terms = tree_terms(y, B * a + gamma, dy);
     const VectorX tree_effort = B.transpose() * terms.sum, engine_effort = M.value * a + h.value;
-    const double scale = max_coefficient(B.cwiseAbs().transpose() * terms.size);
+    const double scale = numerics::max_coefficient(B.cwiseAbs().transpose() * terms.size);
     if (!tree_effort.allFinite() || !engine_effort.allFinite()) return false;
-    error = std::max(error, max_abs(tree_effort - engine_effort) / std::max(scale, 1e-300));
+    error = std::max(error, numerics::max_abs(tree_effort - engine_effort) / std::max(scale, 1e-300));
     double other_error = max_derived_error(y);
     if (sheet_.regressor)
       other_error = std::max(
@@ -243,12 +243,12 @@ class EngineComparison {
       VectorX h(static_cast<Eigen::Index>(e.closure.size()));
       for (std::size_t i = 0; i < e.closure.size(); ++i)
         h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
-      CompleteOrthogonalDecomposition solver;
+      numerics::CompleteOrthogonalDecomposition solver;
       solver.setThreshold(redundancy_threshold);
       solver.compute(jacobian(y));
       const VectorX newton_step = solver.solve(h);
       y -= newton_step;
-      if (max_abs(newton_step) < 1e-14) break;
+      if (numerics::max_abs(newton_step) < 1e-14) break;
     }
     for (const Polynomial& h : e.closure)
       if (!(std::abs(polynomial_at(h, y)) < 1e-12)) return false;
@@ -260,7 +260,7 @@ class EngineComparison {
     q = selection() * y;
     closed_coordinates_.resize(0);
     if (sheet_.equations.closure.empty()) return true;
-    std::vector<CoordinateGuess> guesses;
+    std::vector<dynamics::CoordinateGuess> guesses;
     for (Eigen::Index c = 0; c < n_; ++c) {
       const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
       guesses.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
@@ -365,7 +365,7 @@ namespace {
 void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
   if (!sheet.natural) return;
   if (const int unit = sheet.equations.tree.basic_points->length_symbol; unit >= 0)
-    sheet.ring->set_value(unit, natural::choose_basic_points(mechanism).length);
+    sheet.ring->set_value(unit, verification::natural::choose_basic_points(mechanism).length);
   for (const auto& [symbol, sum] : sheet.natural->aliases) sheet.ring->set_value(symbol, evaluate_polynomial(sum));
 }
 
@@ -417,7 +417,7 @@ namespace {
 class NaturalComparison {
  public:
   NaturalComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
-                    natural::NaturalTerms expected, std::map<std::string, double> names)
+                    verification::natural::NaturalTerms expected, std::map<std::string, double> names)
       : natural_(*sheet.natural),
         texts_(texts),
         ring_(*sheet.ring),
@@ -452,7 +452,7 @@ class NaturalComparison {
             std::max({max_error, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
                       std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
       }
-    return max_error / std::max(max_abs(expected_.mass), 1e-300);
+    return max_error / std::max(numerics::max_abs(expected_.mass), 1e-300);
   }
 
   double coefficient_error() const {
@@ -483,7 +483,7 @@ class NaturalComparison {
   }
 
   /// Maximum coordinate of any point [m].
-  double max_coordinate() const { return max_abs(expected_.position); }
+  double max_coordinate() const { return numerics::max_abs(expected_.position); }
 
   double jacobian_error() {
     const double step = expected_.unit + max_coordinate();
@@ -506,7 +506,7 @@ class NaturalComparison {
   const NaturalEquations& natural_;
   const std::map<std::string, std::string>& texts_;
   const Ring& ring_;
-  natural::NaturalTerms expected_;
+  verification::natural::NaturalTerms expected_;
   std::map<std::string, double> names_;
 };
 
@@ -514,7 +514,7 @@ class NaturalComparison {
 
 double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                          const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates) {
-  natural::NaturalTerms expected = natural::compute_natural_terms(mechanism, coordinates);
+  verification::natural::NaturalTerms expected = verification::natural::compute_natural_terms(mechanism, coordinates);
   if (expected.points != sheet.natural->points) return std::numeric_limits<double>::quiet_NaN();
   return NaturalComparison(sheet, texts, std::move(expected), std::move(names)).error();
 }
@@ -558,11 +558,12 @@ double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string
   if (Y.cols() != expected.value.effort.cols()) return std::numeric_limits<double>::quiet_NaN();
   const MatrixX projected_regressor = state.B.transpose() * Y, size = state.B.cwiseAbs().transpose() * Y.cwiseAbs();
   const auto kind = [&](Eigen::Index p) { return expected.value.parameters[static_cast<std::size_t>(p)].kind; };
-  std::map<ParameterKind, double> scale;  // a column that cancels completely has the round-off of others of its unit
-  for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], max_abs(size.col(p)));
+  std::map<dynamics::ParameterKind, double>
+      scale;  // a column that cancels completely has the round-off of others of its unit
+  for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], numerics::max_abs(size.col(p)));
   double max_error = 0;
   for (Eigen::Index p = 0; p < Y.cols(); ++p) {
-    const double deviation = max_abs(projected_regressor.col(p) - expected.value.effort.col(p));
+    const double deviation = numerics::max_abs(projected_regressor.col(p) - expected.value.effort.col(p));
     max_error = std::max(max_error, deviation / std::max(scale[kind(p)], 1e-300));
   }
   return max_error;

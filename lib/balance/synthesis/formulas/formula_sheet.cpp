@@ -395,7 +395,7 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
   return text;
 }
 
-FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts, const SheetOptions& options) {
+FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts& texts, const SheetOptions& options) {
   FormulaSheet sheet;
   sheet.ring = std::make_unique<Ring>();
   const bool has_regressor =

@@ -56,7 +56,8 @@ struct SheetOptions {
 };
 
 /// @throws FormulaError for anything that has no formula
-FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts, const SheetOptions& options = {});
+FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts& texts,
+                        const SheetOptions& options = {});
 
 /// `12`, `1_10`.
 std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count);

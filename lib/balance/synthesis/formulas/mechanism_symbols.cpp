@@ -25,7 +25,7 @@ std::string name_suffix(const std::string& name) { return "_" + name; }
 
 }  // namespace
 
-MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
+MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
                                    const TreeOptions& options)
     : spec_symbols_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
       mechanism_(model.mechanism()),
@@ -40,8 +40,8 @@ int MechanismSymbols::count_nonzero(const Vector3E& v) const {
 
 /// The named point to which the spec refers, unless the position was moved since (a rolling body is held at its
 /// centre).
-const NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string& path, int body,
-                                                              const Vector3E& position) const {
+const model::NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string& path, int body,
+                                                                     const Vector3E& position) const {
   const auto text = texts_.numbers.find(path);
   if (text == texts_.numbers.end()) return nullptr;
   const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
@@ -68,9 +68,9 @@ Vector MechanismSymbols::unnamed_point(const std::string& path, int body, const 
                                        const std::string& name) {
   const auto [entry, is_new] = points_.try_emplace(path);
   if (!is_new) return entry->second;
-  const std::string number = body == ground ? "" : std::to_string(body);
+  const std::string number = body == model::ground ? "" : std::to_string(body);
   std::string single_name;
-  if (body != ground && count_nonzero(position) == 1 && bodies_with_length_.insert(body).second)
+  if (body != model::ground && count_nonzero(position) == 1 && bodies_with_length_.insert(body).second)
     single_name = "l" + number;
   return entry->second = this->position(path, position, single_name, name + number, SymbolKind::length);
 }
@@ -79,7 +79,7 @@ Vector MechanismSymbols::referenced_point(const std::string& path, int body, con
   const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
   const NamedPointE* named = named_point(path, body, position);
   if (named == nullptr) return unnamed_point(path, body, position, "P");
-  const std::string section = body == ground ? "ground" : "bodies." + owner.name;
+  const std::string section = body == model::ground ? "ground" : "bodies." + owner.name;
   return unnamed_point(section + ".points." + named->name, body, position, named->name);
 }
 
@@ -325,11 +325,11 @@ bool find_unit(double ratio, Rational& unit) {
 
 }  // namespace
 
-SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
+SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
                          bool inline_expressions)
     : ring_(&ring), model_(&model), texts_(&texts), is_inlining_(inline_expressions) {
-  for (const ParameterText& parameter : texts.parameters) definitions_[parameter.name] = parameter.text;
-  for (const NamedExpression& parameter : model.parameters())
+  for (const study::ParameterText& parameter : texts.parameters) definitions_[parameter.name] = parameter.text;
+  for (const study::NamedExpression& parameter : model.parameters())
     symbols_[parameter.name] =
         ring.add_symbol(identifier_name(parameter.name), SymbolKind::dimensionless, parameter.value);
   for (const Symbol& symbol : ring.symbols()) perturbed_values_.push_back(model.perturbed_value(symbol.source));

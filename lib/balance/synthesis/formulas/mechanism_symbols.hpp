@@ -16,7 +16,7 @@ class SpecSymbols {
  public:
   /// @param texts of the spec's numbers; parameters become symbols under their names
   /// @param inline_expressions replaces parameters that are expressions by these, except in ratios
-  SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, bool inline_expressions);
+  SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts, bool inline_expressions);
 
   /// A number of the mechanism. It is zero if it is zero for all parameters. If the spec defines it by parameters, it
   /// is that expression; otherwise it gets its own symbol.
@@ -33,7 +33,7 @@ class SpecSymbols {
 
   Ring* ring_;
   const ParametricModel* model_;
-  const SpecNumberTexts* texts_;
+  const study::SpecNumberTexts* texts_;
   bool is_inlining_;
   std::map<std::string, int> symbols_;              ///< of parameters
   std::map<std::string, std::string> definitions_;  ///< of inlined parameters: their expressions
@@ -48,7 +48,8 @@ std::string identifier_name(const std::string& name);
 
 class MechanismSymbols {
  public:
-  MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, const TreeOptions& options);
+  MechanismSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
+                   const TreeOptions& options);
 
   /// Position of a joint on one of its bodies, from that body's origin: a named point, or the joint's own numbers.
   Vector joint_point(int joint, bool first);
@@ -85,7 +86,7 @@ class MechanismSymbols {
     std::string path, name;  ///< "discs.d4"; "d4", the suffix of symbols
     Matrix3E inertia;
   };
-  using NamedPointE = NamedPointOf<Expression>;
+  using NamedPointE = model::NamedPointOf<Expression>;
   Vector position(const std::string& path, const Vector3E& position, const std::string& single_name,
                   const std::string& suffix, SymbolKind kind);
   /// @param path of the reference to the point: `joints.J1.connects[0]`
@@ -102,7 +103,7 @@ class MechanismSymbols {
   SpecSymbols spec_symbols_;
   const MechanismOf<Expression>& mechanism_;
   const ParametricModel& model_;
-  const SpecNumberTexts& texts_;
+  const study::SpecNumberTexts& texts_;
   Ring& ring_;
   bool is_about_origin_;
   std::set<int> bodies_with_length_;  ///< bodies whose first length already has its name

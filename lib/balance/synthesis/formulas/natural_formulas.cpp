@@ -147,11 +147,11 @@ class NaturalBuilder {
 
   /// Direction of the body's x axis in the world.
   Complex direction(std::size_t b) const {
-    if (b == ground) return {1, {}};
+    if (b == model::ground) return {1, {}};
     return base_[b].inverse * ((point(b, 1) - point(b, 0)) * conjugate(base_[b].base_vector));
   }
   Complex position_of(std::size_t b, const Complex& r) const {
-    if (b == ground) return r;
+    if (b == model::ground) return r;
     return point(b, 0) + (r - base_[b].start) * direction(b);
   }
 

@@ -297,7 +297,7 @@ std::string python_program(const ProgramParts& p) {
 
 }  // namespace
 
-std::string generate_program(const Mechanism& mechanism, const SpecNumberTexts& texts, Language language,
+std::string generate_program(const Mechanism& mechanism, const study::SpecNumberTexts& texts, Language language,
                              CodeSize* size) {
   Ring ring;
   const SymbolicTree tree = build_symbolic_tree(ring, mechanism, texts);
@@ -331,7 +331,7 @@ constexpr std::size_t perturbed_self_test_count = 2;
 constexpr double program_tolerance = 1e-9;
 
 /// Opens a loop at a joint of the tree: the joint then carries a massless copy of its body.
-void split_body(Mechanism& mechanism, const TreeEdge& edge) {
+void split_body(Mechanism& mechanism, const model::TreeEdge& edge) {
   Joint& joint = mechanism.joints[static_cast<std::size_t>(edge.joint)];
   BodyId& end = edge.forward ? joint.second : joint.first;
   Body copy{.name = "copy " + std::to_string(mechanism.bodies.size())};
@@ -341,8 +341,8 @@ void split_body(Mechanism& mechanism, const TreeEdge& edge) {
 
 /// The mechanism without loops, friction and loads, as the program models it, with an actuator at every column.
 Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree) {
-  const SpanningTree edges = build_spanning_tree(mechanism, {});
-  for (const TreeEdge& edge : edges.edges)
+  const model::SpanningTree edges = model::build_spanning_tree(mechanism, {});
+  for (const model::TreeEdge& edge : edges.edges)
     if (edge.split) split_body(mechanism, edge);
   mechanism.friction.clear();
   mechanism.loads.clear();
@@ -360,8 +360,8 @@ Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     coordinate_ids.emplace(mechanism.coordinates[c].name, static_cast<int>(c));
   const auto coordinate_id = [&](int c) { return coordinate_ids.at(coordinates[static_cast<std::size_t>(c)].name); };
-  const auto renumber = [&](CoordinateCombination& followed) {
-    for (CoordinateTerm& term : followed.terms) term.coordinate = coordinate_id(term.coordinate);
+  const auto renumber = [&](model::CoordinateCombination& followed) {
+    for (model::CoordinateTerm& term : followed.terms) term.coordinate = coordinate_id(term.coordinate);
   };
   for (Coupling& coupling : mechanism.couplings)
     coupling.follower = coordinate_id(coupling.follower), renumber(coupling.leader);

@@ -23,7 +23,7 @@ std::string c_member_name(const std::string& name);
 ///   torques: M q̈ + D q̇ q̇ + z in the spanning tree's coordinates,
 /// and a test when it is run: it compares torques at states stored in the program with those of the engine.
 /// @throws FormulaError
-std::string generate_program(const Mechanism& mechanism, const SpecNumberTexts& texts, Language language,
+std::string generate_program(const Mechanism& mechanism, const study::SpecNumberTexts& texts, Language language,
                              CodeSize* size = nullptr);
 
 }  // namespace balance::formulas

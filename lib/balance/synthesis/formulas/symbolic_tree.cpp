@@ -76,17 +76,17 @@ Matrix3 to_values(const Matrix3E& m) {
   return values;
 }
 
-ParametricModel::ParametricModel(const Mechanism& mechanism, const SpecNumberTexts& texts) {
+ParametricModel::ParametricModel(const Mechanism& mechanism, const study::SpecNumberTexts& texts) {
   if (texts.recording == nullptr) {
-    mechanism_ = convert_mechanism<Expression>(mechanism, [](double x) { return Expression(x); });
+    mechanism_ = model::convert_mechanism<Expression>(mechanism, [](double x) { return Expression(x); });
     return;
   }
   inputs_ = texts.recording->inputs;
   std::vector<Expression> inputs;
   for (const double value : inputs_) inputs.push_back(Expression::input(graph_, value));
-  const RecordedValues<Expression> recorded(*texts.recording, inputs);
+  const study::RecordedValues<Expression> recorded(*texts.recording, inputs);
   mechanism_ = recorded.mechanism();
-  for (const NamedExpression& parameter : texts.recording->parameters)
+  for (const study::NamedExpression& parameter : texts.recording->parameters)
     parameters_.push_back({parameter.name, recorded(parameter.value), parameter.is_plain});
   // factors between 1.1 and 1.3, all of them different
   double fraction = 0;
@@ -97,11 +97,11 @@ ParametricModel::ParametricModel(const Mechanism& mechanism, const SpecNumberTex
 }
 
 std::vector<double> ParametricModel::evaluate_nodes(const std::vector<double>& inputs) const {
-  return evaluate(graph_, inputs, ScalarAlgebra<double>());
+  return evaluate(graph_, inputs, expression::ScalarAlgebra<double>());
 }
 
 Mechanism ParametricModel::build_mechanism(const std::vector<double>& nodes) const {
-  return convert_mechanism<double>(mechanism_, [&](const Expression& x) { return node_value(x, nodes); });
+  return model::convert_mechanism<double>(mechanism_, [&](const Expression& x) { return node_value(x, nodes); });
 }
 
 double ParametricModel::perturbed_value(const Expression& x) const {
@@ -288,7 +288,7 @@ struct JointStep {
   bool offsets_by_radius = false;  ///< then offset by the rolling radius along the normal
 };
 
-std::vector<JointStep> list_joint_steps(const JointOf<Expression>& joint) {
+std::vector<JointStep> list_joint_steps(const model::JointOf<Expression>& joint) {
   const Vector3E &u = joint.axis, &v = joint.axis2;
   const Vector3E x = Vector3E::UnitX(), y = Vector3E::UnitY(), z = Vector3E::UnitZ();
   switch (joint.type) {
@@ -310,13 +310,14 @@ std::vector<JointStep> list_joint_steps(const JointOf<Expression>& joint) {
 
 class SymbolicTreeBuilder {
  public:
-  SymbolicTreeBuilder(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts, const TreeOptions& options)
+  SymbolicTreeBuilder(Ring& ring, const Mechanism& mechanism, const study::SpecNumberTexts& texts,
+                      const TreeOptions& options)
       : ring_(ring),
         mechanism_(mechanism),
         model_(std::make_shared<ParametricModel>(mechanism, texts)),
         symbols_(ring, *model_, texts, options),
         frames_(ring, tree_),
-        spanning_tree_(build_spanning_tree(mechanism, {})),
+        spanning_tree_(model::build_spanning_tree(mechanism, {})),
         has_natural_(options.natural) {
     tree_.model = model_;
     tree_.is_planar = mechanism.space == SpaceKind::planar;
@@ -326,7 +327,7 @@ class SymbolicTreeBuilder {
 
   SymbolicTree build() {
     add_variables();
-    for (const TreeEdge& edge : spanning_tree_.edges) add_edge(edge);
+    for (const model::TreeEdge& edge : spanning_tree_.edges) add_edge(edge);
     for (const int joint : spanning_tree_.cut) add_closure(joint);
     add_masses();
     for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) add_disc(static_cast<int>(d));
@@ -347,7 +348,7 @@ class SymbolicTreeBuilder {
         std::find_if(coordinates.begin(), coordinates.end(), [&](const Coordinate& c) { return c.joint == joint; });
     return static_cast<std::size_t>(first - coordinates.begin());
   }
-  const JointOf<Expression>& joint(int index) const {
+  const model::JointOf<Expression>& joint(int index) const {
     return model_->mechanism().joints[static_cast<std::size_t>(index)];
   }
   FramePoint& body(int index) { return bodies_[static_cast<std::size_t>(index)]; }
@@ -423,7 +424,7 @@ class SymbolicTreeBuilder {
   }
 
   /// From one end of a joint to the other.
-  FramePoint cross_joint(const JointOf<Expression>& joint, int index, const FramePoint& from, bool forward) {
+  FramePoint cross_joint(const model::JointOf<Expression>& joint, int index, const FramePoint& from, bool forward) {
     std::vector<JointStep> steps = list_joint_steps(joint);
     FramePoint point = forward ? from : frames_.rotate(from, reverse_rotations(decompose_rotation(joint.rotation)));
     if (!forward) std::reverse(steps.begin(), steps.end());
@@ -436,8 +437,8 @@ class SymbolicTreeBuilder {
     return forward ? frames_.rotate(point, decompose_rotation(joint.rotation)) : point;
   }
 
-  void add_edge(const TreeEdge& edge) {
-    const JointOf<Expression>& edge_joint = joint(edge.joint);
+  void add_edge(const model::TreeEdge& edge) {
+    const model::JointOf<Expression>& edge_joint = joint(edge.joint);
     const Vector p = symbols_.joint_point(edge.joint, true), q = symbols_.joint_point(edge.joint, false);
     const FramePoint start = offset_point(body(edge.parent), edge.forward ? p : q, 1);
     const FramePoint end =
@@ -450,7 +451,7 @@ class SymbolicTreeBuilder {
   }
 
   /// Axes of both frames as the closure's equations expect them: planar slides are along x, spatial joint axes along z.
-  std::vector<FixedRotation> closure_rotations(const JointOf<Expression>& joint) const {
+  std::vector<FixedRotation> closure_rotations(const model::JointOf<Expression>& joint) const {
     const bool has_slide = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
     if (tree_.is_planar && !has_slide) return {};
     Matrix3E axes = Matrix3E::Identity();
@@ -472,7 +473,7 @@ class SymbolicTreeBuilder {
   }
 
   void add_closure(int index) {
-    const JointOf<Expression>& cut_joint = joint(index);
+    const model::JointOf<Expression>& cut_joint = joint(index);
     FramePoint a = offset_point(body(cut_joint.first), symbols_.joint_point(index, true), 1);
     FramePoint b = offset_point(body(cut_joint.second), symbols_.joint_point(index, false), 1);
     b = frames_.rotate(b, reverse_rotations(decompose_rotation(cut_joint.rotation)));
@@ -553,7 +554,7 @@ class SymbolicTreeBuilder {
   SymbolicTree tree_;
   MechanismSymbols symbols_;
   FrameBuilder frames_;
-  SpanningTree spanning_tree_;
+  model::SpanningTree spanning_tree_;
   std::vector<FramePoint> bodies_;
   std::map<int, IndependentSum> independent_sums_;
   std::vector<int> variable_;  ///< per coordinate; −1 if its joint closes a loop
@@ -562,7 +563,7 @@ class SymbolicTreeBuilder {
 
 }  // namespace
 
-SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts,
+SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const study::SpecNumberTexts& texts,
                                  const TreeOptions& options) {
   return SymbolicTreeBuilder(ring, mechanism, texts, options).build();
 }

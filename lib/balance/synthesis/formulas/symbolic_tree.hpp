@@ -33,12 +33,12 @@ Matrix3 to_values(const Matrix3E& m);
 /// Symbols hold expressions over its graph, so it can be neither copied nor moved.
 class ParametricModel {
  public:
-  ParametricModel(const Mechanism& mechanism, const SpecNumberTexts& texts);
+  ParametricModel(const Mechanism& mechanism, const study::SpecNumberTexts& texts);
   ParametricModel(const ParametricModel&) = delete;
   ParametricModel& operator=(const ParametricModel&) = delete;
 
   const MechanismOf<Expression>& mechanism() const { return mechanism_; }
-  const std::vector<NamedExpression>& parameters() const { return parameters_; }
+  const std::vector<study::NamedExpression>& parameters() const { return parameters_; }
   /// The spec's values in the spec's units: parameters that are not expressions, and free numbers.
   const std::vector<double>& inputs() const { return inputs_; }
 
@@ -55,9 +55,9 @@ class ParametricModel {
   bool are_equal(const Vector3E& a, const Vector3E& b) const;
 
  private:
-  ExpressionGraph graph_;
+  expression::ExpressionGraph graph_;
   MechanismOf<Expression> mechanism_;
-  std::vector<NamedExpression> parameters_;
+  std::vector<study::NamedExpression> parameters_;
   std::vector<double> inputs_, perturbed_inputs_;
   mutable std::vector<double> perturbed_nodes_;  ///< of the nodes so far
 };
@@ -156,7 +156,7 @@ struct TreeOptions {
 /// @param mechanism must be valid
 /// @param texts of the spec's numbers: parameters become symbols under their names
 /// @throws FormulaError for anything that has no formula
-SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts,
+SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const study::SpecNumberTexts& texts,
                                  const TreeOptions& options = {});
 
 }  // namespace balance::formulas

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-namespace balance {
+namespace balance::tolerance {
 
 namespace {
 
@@ -147,4 +147,4 @@ void sample_extreme_figures(std::vector<ExtremeFigure*>& figures, const Toleranc
   }
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

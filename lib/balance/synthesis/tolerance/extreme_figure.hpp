@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace balance {
+namespace balance::tolerance {
 
 /// A quantity at one instant of a run: value + sensitivityᵀ z, with independent numbers z of mean 0 and variance 1.
 struct LinearizedSample {
@@ -66,4 +66,4 @@ class ExtremeFigure {
 /// Feeds the same draws to all figures, and the same ones every time. Deviations are accurate to a hundredth.
 void sample_extreme_figures(std::vector<ExtremeFigure*>& figures, const Tolerances& numbers);
 
-}  // namespace balance
+}  // namespace balance::tolerance

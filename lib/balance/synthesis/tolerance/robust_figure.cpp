@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::tolerance {
 
 namespace {
 
@@ -30,7 +30,8 @@ struct RunSample {
 
 class RobustSeriesEvaluator {
  public:
-  RobustSeriesEvaluator(const TolerancedRun& toleranced_run, const Tolerances& numbers, const MetricSeries& series)
+  RobustSeriesEvaluator(const TolerancedRun& toleranced_run, const Tolerances& numbers,
+                        const results::MetricSeries& series)
       : numbers_(numbers) {
     for (const ToleranceSample& tolerance_sample : toleranced_run.samples())
       samples_.push_back({tolerance_sample.weight, toleranced_run.value(series, tolerance_sample),
@@ -168,14 +169,14 @@ RobustFigure max_robust_figure(const TolerancedRun& toleranced_run, const Tolera
                                const ObjectiveTerm& term) {
   std::optional<RobustFigure> worst;
   double nominal = -std::numeric_limits<double>::infinity();
-  std::vector<MetricSeries> all_series;
-  for (const MetricSeries& series : list_metric_series(toleranced_run.run()))
-    if (is_quantity_name(term.quantity, series.quantity) || series.quantity.starts_with(term.quantity + "["))
+  std::vector<results::MetricSeries> all_series;
+  for (const results::MetricSeries& series : list_metric_series(toleranced_run.run()))
+    if (results::is_quantity_name(term.quantity, series.quantity) || series.quantity.starts_with(term.quantity + "["))
       all_series.push_back(series);
   if (all_series.empty())
-    if (std::optional<MetricSeries> series = find_series(toleranced_run.run(), term.quantity))
+    if (std::optional<results::MetricSeries> series = find_series(toleranced_run.run(), term.quantity))
       all_series.push_back(std::move(*series));
-  for (const MetricSeries& series : all_series) {
+  for (const results::MetricSeries& series : all_series) {
     const RobustFigure figure =
         RobustSeriesEvaluator(toleranced_run, numbers, series).compute(term.figure, *term.deviation_multiple);
     nominal = std::max(nominal, figure.nominal);
@@ -190,9 +191,9 @@ RobustFigure max_robust_figure(const TolerancedRun& toleranced_run, const Tolera
 }  // namespace
 
 Tolerances evaluate_tolerances(const DesignSpace& space) {
-  const RecordedValues<double> values(*space.recording, space.inputs);
+  const study::RecordedValues<double> values(*space.recording, space.inputs);
   Tolerances numbers = space.start.tolerances;
-  for (TolerancedParameter& number : numbers) {
+  for (study::TolerancedParameter& number : numbers) {
     const double value = values(space.recording->toleranced.at(static_cast<std::size_t>(number.recording_index)));
     if (number.relative_width > 0) number.width = number.relative_width * std::abs(value);
     number.value = value;
@@ -203,8 +204,9 @@ Tolerances evaluate_tolerances(const DesignSpace& space) {
 RobustFigure compute_robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term) {
   const DesignSpace fixed_space = space.fix_others(x, {});
   const Tolerances numbers = evaluate_tolerances(fixed_space);
-  const DesignInstance instance{fixed_space.start.mechanism, fixed_space.start.trajectories};
-  const TolerancedRun toleranced_run(fixed_space, numbers, find_trajectory(instance, term), {term.quantity});
+  const study::DesignInstance instance{fixed_space.start.mechanism, fixed_space.start.trajectories};
+  const TolerancedRun toleranced_run(fixed_space, numbers, simulation::find_trajectory(instance, term),
+                                     {term.quantity});
   if (toleranced_run.outcome().status != MotionStatus::done)
     return {undefined_figure, undefined_figure, undefined_figure, undefined_figure};
   RobustFigure figure = max_robust_figure(toleranced_run, numbers, term);
@@ -220,4 +222,4 @@ std::vector<RobustTerm> robust_terms(const DesignSpace& space, const VectorX& x,
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::tolerance {
 
 /// For an rms or a mean, the mean uses expected squares, f² + Σ (∂f/∂x σ)², at every instant: it is nonzero where f
 /// vanishes only at the nominal numbers. The deviation is the first-order deviation of those squares. For a peak, the
@@ -41,4 +41,4 @@ struct RobustTerm {
 std::vector<RobustTerm> robust_terms(const DesignSpace& space, const VectorX& x,
                                      const std::vector<ObjectiveTerm>& terms);
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -12,7 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::tolerance {
 
 namespace {
 
@@ -34,7 +34,7 @@ class StaticToleranceSearch {
         steps_(steps) {
     for (Eigen::Index i = 0; i < deviations_.size(); ++i)
       deviations_[i] = numbers[static_cast<std::size_t>(i)].deviation();
-    for (std::size_t first = 0; first < numbers.size(); first += dual_width)
+    for (std::size_t first = 0; first < numbers.size(); first += numerics::dual_width)
       duals_.push_back(TolerancedDuals(space, numbers, first).mechanism());
     const Mechanism& mechanism = space.start.mechanism;
     for (const std::string& name : inverse_dynamics_.independent())
@@ -99,14 +99,16 @@ class StaticToleranceSearch {
     StaticEfforts efforts;
     efforts.change.resize(static_cast<Eigen::Index>(result_.actuators.size()), deviations_.size());
     for (std::size_t chunk = 0; chunk < duals_.size(); ++chunk) {
-      const Expected<StateGradient> gradient = derivatives(inverse_dynamics_, duals_[chunk], q, zero, zero);
+      const Expected<StateGradient> gradient =
+          derivatives::derivatives(inverse_dynamics_, duals_[chunk], q, zero, zero);
       if (!gradient) {
         if (first_failure_.reason.empty()) first_failure_ = gradient.outcome;
         return std::nullopt;
       }
       efforts.effort = gradient.value.sample.effort;
-      const std::size_t first = chunk * dual_width;
-      for (std::size_t i = first; i < std::min(first + dual_width, static_cast<std::size_t>(deviations_.size())); ++i) {
+      const std::size_t first = chunk * numerics::dual_width;
+      for (std::size_t i = first;
+           i < std::min(first + numerics::dual_width, static_cast<std::size_t>(deviations_.size())); ++i) {
         const auto number = static_cast<Eigen::Index>(i);
         efforts.change.col(number) = deviations_[number] * gradient.value.derivatives[i - first].effort;
         add_incompatible_parameter(gradient.value.closure_gaps[i - first], i);
@@ -116,7 +118,7 @@ class StaticToleranceSearch {
   }
 
   /// Keeps the maximum gap per number and joint.
-  void add_incompatible_parameter(const ClosureGaps& gaps, std::size_t number) {
+  void add_incompatible_parameter(const derivatives::ClosureGaps& gaps, std::size_t number) {
     std::vector<IncompatibleParameter> detected;
     add_incompatible_parameters(gaps, number, numbers_[number].path, deviations_[static_cast<Eigen::Index>(number)],
                                 inverse_dynamics_.mechanism(), detected);
@@ -170,14 +172,14 @@ class StaticToleranceSearch {
   void zero_round_off(std::size_t a) {
     StaticDeviation& worst = result_.actuators[a];
     const VectorX zero = VectorX::Zero(size());
-    const Expected<EffortRegressor> regressor = inverse_dynamics_.regressor(worst.pose, zero, zero);
+    const Expected<dynamics::EffortRegressor> regressor = inverse_dynamics_.regressor(worst.pose, zero, zero);
     if (!regressor) return;
     const auto row = static_cast<Eigen::Index>(a);
     const double term_magnitude =
         regressor.value.effort.row(row).cwiseAbs().dot(regressor.value.values.cwiseAbs().transpose()) +
         std::abs(regressor.value.constant_effort[row]);
     for (double* value : {&worst.effort, &worst.deviation})
-      *value = suppress_round_off(round_off_factor * term_magnitude, *value);
+      *value = results::suppress_round_off(results::round_off_factor * term_magnitude, *value);
     if (worst.deviation == 0) worst.shares.setZero();
   }
 
@@ -185,7 +187,7 @@ class StaticToleranceSearch {
   VectorX deviations_;  ///< standard deviations; 0 for numbers that open a joint
   InverseDynamics inverse_dynamics_;
   long steps_, poses_ = 0;
-  std::vector<MechanismOf<DualNumber>> duals_;
+  std::vector<MechanismOf<derivatives::DualNumber>> duals_;
   std::vector<bool> is_evaluated_;  ///< per actuator: whether any pose was evaluated
   MotionOutcome first_failure_;
   StaticTolerance result_;
@@ -201,4 +203,4 @@ StaticTolerance analyse_static_tolerance(const DesignSpace& space, const Toleran
   return StaticToleranceSearch(space, numbers, steps).run();
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -15,13 +15,15 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance {
+namespace balance::tolerance {
 
-void add_incompatible_parameters(const ClosureGaps& gaps, std::size_t number, const std::string& path, double deviation,
-                                 const Mechanism& mechanism,
+using derivatives::FigureGradient;
+
+void add_incompatible_parameters(const derivatives::ClosureGaps& gaps, std::size_t number, const std::string& path,
+                                 double deviation, const Mechanism& mechanism,
                                  std::vector<IncompatibleParameter>& incompatible_parameters) {
   if (deviation == 0) return;
-  for (const ClosureGap& gap : gaps)
+  for (const derivatives::ClosureGap& gap : gaps)
     incompatible_parameters.push_back({number, path, mechanism.joints[static_cast<std::size_t>(gap.joint)].name,
                                        gap.is_length ? "m" : "rad", gap.gap * deviation});
 }
@@ -69,8 +71,8 @@ class ToleranceAnalysis {
     if (result.outcome.status != MotionStatus::done) return result;
     result.incompatible_parameters = toleranced_run_.incompatible_parameters();
     result.deviation = deviations();
-    const std::vector<MetricSeries> all_series = list_metric_series(run());
-    std::vector<MetricSeries> requested_series;
+    const std::vector<results::MetricSeries> all_series = list_metric_series(run());
+    std::vector<results::MetricSeries> requested_series;
     for (std::size_t t = 0; t < all_series.size(); ++t) {
       if (!is_requested(all_series[t], quantities)) continue;
       requested_series.push_back(all_series[t]);
@@ -78,8 +80,8 @@ class ToleranceAnalysis {
     }
     apply_extreme_statistics(requested_series, result.quantities);
     for (QuantityTolerance& quantity : result.quantities) drop_round_off(quantity);
-    result.energy = figure([](const FigureGradients& gradients) { return gradients.energy; },
-                           [](const FigureGradients& gradients) { return gradients.d_energy; });
+    result.energy = figure([](const derivatives::FigureGradients& gradients) { return gradients.energy; },
+                           [](const derivatives::FigureGradients& gradients) { return gradients.d_energy; });
     drop_round_off(result.energy);
     return result;
   }
@@ -88,16 +90,16 @@ class ToleranceAnalysis {
   Eigen::Index size() const { return toleranced_run_.deviations().size(); }
   const RunResult& run() const { return toleranced_run_.run(); }
 
-  static bool is_requested(const MetricSeries& series, const std::vector<std::string>& quantities) {
+  static bool is_requested(const results::MetricSeries& series, const std::vector<std::string>& quantities) {
     return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), [&](const std::string& name) {
-             return is_quantity_or_array_name(name, series.quantity);
+             return results::is_quantity_or_array_name(name, series.quantity);
            });
   }
 
   /// The standard deviation of every entry.
   RunResult deviations() const {
     RunResult result = run();
-    for (const QuantityDefinition& kind : quantity_table()) {
+    for (const results::QuantityDefinition& kind : results::quantity_table()) {
       Samples& array = result.*kind.member;
       if (array.size() == 0) continue;
       array.setZero();
@@ -108,7 +110,7 @@ class ToleranceAnalysis {
       }
       array = array.cwiseSqrt();
       for (Eigen::Index c = 0; c < array.cols(); ++c)
-        clear_column(array, c, column_round_off(nominal_, kind.member, c));
+        results::clear_column(array, c, column_round_off(nominal_, kind.member, c));
     }
     return result;
   }
@@ -119,7 +121,8 @@ class ToleranceAnalysis {
     for (Eigen::Index i = 0; i < size(); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
       result.contributions[i] =
-          derivative(toleranced_run_.figures()[k / dual_width])[k % dual_width] * toleranced_run_.deviations()[i];
+          derivative(toleranced_run_.figures()[k / numerics::dual_width])[k % numerics::dual_width] *
+          toleranced_run_.deviations()[i];
     }
     result.deviation = result.contributions.norm();
     return result;
@@ -131,7 +134,7 @@ class ToleranceAnalysis {
   }
 
   /// Peaks and ranges that may occur at other instants.
-  void apply_extreme_statistics(const std::vector<MetricSeries>& requested_series,
+  void apply_extreme_statistics(const std::vector<results::MetricSeries>& requested_series,
                                 std::vector<QuantityTolerance>& quantities) const {
     struct ExtremeFigureTask {
       FigureDeviation* figure;
@@ -139,7 +142,7 @@ class ToleranceAnalysis {
     };
     std::vector<ExtremeFigureTask> extreme_tasks;
     for (std::size_t t = 0; t < requested_series.size(); ++t) {
-      MetricSeries series = requested_series[t];
+      results::MetricSeries series = requested_series[t];
       if (series.array == &RunResult::total_torque) {  // a magnitude, not linear near zero
         series.array = &RunResult::torque;
         series.first = 0, series.count = static_cast<int>(run().torque.cols());
@@ -168,12 +171,12 @@ class ToleranceAnalysis {
   }
 
   FigureDeviation figure_of_series(std::size_t t, double FigureGradient::*value,
-                                   std::array<double, dual_width> FigureGradient::*derivative) const {
-    return figure([&](const FigureGradients& gradients) { return gradients.figures[t].*value; },
-                  [&](const FigureGradients& gradients) { return gradients.figures[t].*derivative; });
+                                   std::array<double, numerics::dual_width> FigureGradient::*derivative) const {
+    return figure([&](const derivatives::FigureGradients& gradients) { return gradients.figures[t].*value; },
+                  [&](const derivatives::FigureGradients& gradients) { return gradients.figures[t].*derivative; });
   }
 
-  QuantityTolerance analyse_quantity(const MetricSeries& series, std::size_t t) const {
+  QuantityTolerance analyse_quantity(const results::MetricSeries& series, std::size_t t) const {
     QuantityTolerance result{.quantity = series.quantity, .unit = series.unit};
     result.peak = figure_of_series(t, &FigureGradient::peak, &FigureGradient::d_peak);
     result.rms = figure_of_series(t, &FigureGradient::rms, &FigureGradient::d_rms);
@@ -224,7 +227,7 @@ class ToleranceAnalysis {
     const auto is_same_quantity = [&](const Metric& candidate) { return candidate.quantity == result.quantity; };
     const auto metric = std::find_if(metrics.begin(), metrics.end(), is_same_quantity);
     if (metric == metrics.end()) return;
-    const auto suppress = [&](double& value) { value = suppress_round_off(metric->round_off, value); };
+    const auto suppress = [&](double& value) { value = results::suppress_round_off(metric->round_off, value); };
     suppress(result.expected_rms);
     if (result.expected_rms == 0) result.square_deviation = 0;
     for (FigureDeviation* figure : {&result.peak, &result.rms, &result.mean, &result.range}) {
@@ -244,8 +247,9 @@ class ToleranceAnalysis {
     double round_off = 0;
     for (Eigen::Index a = 0; a < nominal_.power.cols(); ++a)
       round_off += column_round_off(nominal_, &RunResult::power, a) * (time[time.size() - 1] - time[0]);
-    for (double* value : {&energy.value, &energy.deviation}) *value = suppress_round_off(round_off, *value);
-    for (double& contribution : energy.contributions) contribution = suppress_round_off(round_off, contribution);
+    for (double* value : {&energy.value, &energy.deviation}) *value = results::suppress_round_off(round_off, *value);
+    for (double& contribution : energy.contributions)
+      contribution = results::suppress_round_off(round_off, contribution);
     blank_incompatible_parameters(energy.contributions);
   }
 
@@ -266,4 +270,4 @@ ToleranceReport analyse_tolerance(const DesignSpace& space, const Tolerances& nu
   return ToleranceAnalysis(space, numbers, trajectory, quantities).report(quantities);
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::tolerance {
 
 // Numbers that cannot deviate by themselves.
 
@@ -27,8 +27,8 @@ struct IncompatibleParameter {
 
 /// Appends the joints that a number opens.
 /// @param number index among the tolerances
-void add_incompatible_parameters(const ClosureGaps& gaps, std::size_t number, const std::string& path, double deviation,
-                                 const Mechanism& mechanism,
+void add_incompatible_parameters(const derivatives::ClosureGaps& gaps, std::size_t number, const std::string& path,
+                                 double deviation, const Mechanism& mechanism,
                                  std::vector<IncompatibleParameter>& incompatible_parameters);
 
 /// The numbers that open no joint, with which mechanisms can be drawn.
@@ -118,4 +118,4 @@ struct StaticTolerance {
 /// if there would be more than 1e5 poses
 StaticTolerance analyse_static_tolerance(const DesignSpace& space, const Tolerances& numbers, long steps = 0);
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::tolerance {
 
 namespace {
 
@@ -63,7 +63,7 @@ class MonteCarloRun {
   void draw() {
     DesignSpace perturbed = space_;
     std::string rejection;
-    for (const TolerancedParameter& number : numbers_) {
+    for (const study::TolerancedParameter& number : numbers_) {
       const double deviation = random_.draw(number);
       perturbed.inputs[static_cast<std::size_t>(number.input)] += deviation;
       if (number.is_positive && number.value + deviation < 0) rejection = number.path + " below zero";
@@ -82,11 +82,12 @@ class MonteCarloRun {
  private:
   /// @return why there are no figures; empty if there are
   std::string run(const DesignSpace& perturbed) {
-    const RecordedValues<double> values(*perturbed.recording, perturbed.inputs);
+    const study::RecordedValues<double> values(*perturbed.recording, perturbed.inputs);
     const Mechanism mechanism = values.mechanism();
     if (const std::vector<ValidationIssue> issues = validate(mechanism); !issues.empty())
       return issues.front().message.substr(0, issues.front().message.find(", is "));
-    Trajectory trajectory = cast_scalar<double>(perturbed.recording->trajectories.at(trajectory_index_), values);
+    Trajectory trajectory =
+        trajectory::cast_scalar<double>(perturbed.recording->trajectories.at(trajectory_index_), values);
     trajectory.samples = samples_;
     try {
       const RunResult result = simulate(mechanism, trajectory);
@@ -111,7 +112,7 @@ class MonteCarloRun {
 
   bool is_requested(const std::string& quantity) const {
     return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(), [&](const std::string& name) {
-             return is_quantity_or_array_name(name, quantity);
+             return results::is_quantity_or_array_name(name, quantity);
            });
   }
 
@@ -139,4 +140,4 @@ MonteCarloReport sample_tolerance(const DesignSpace& space, const Tolerances& nu
   return run.result();
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::tolerance {
 
 /// Random deviations of toleranced numbers, identical with every standard library.
 class ToleranceSampler {
@@ -25,21 +25,21 @@ class ToleranceSampler {
   explicit ToleranceSampler(std::uint64_t seed) : random_(seed) {}
 
   /// The deviation of the number.
-  double draw(const TolerancedParameter& number) { return draw(number.distribution, number.width); }
+  double draw(const study::TolerancedParameter& number) { return draw(number.distribution, number.width); }
   /// The same for a standard deviation of 1.
-  double draw_standard(Distribution distribution) {
-    return draw(distribution, distribution == Distribution::uniform ? std::numbers::sqrt3 : 1);
+  double draw_standard(study::Distribution distribution) {
+    return draw(distribution, distribution == study::Distribution::uniform ? std::numbers::sqrt3 : 1);
   }
 
  private:
-  double draw(Distribution distribution, double width) {
-    if (distribution == Distribution::uniform) return width * (2 * random_(0, 1) - 1);
+  double draw(study::Distribution distribution, double width) {
+    if (distribution == study::Distribution::uniform) return width * (2 * random_(0, 1) - 1);
     // Box–Muller; the second value of the pair is not used.
     const double radius = std::sqrt(-2 * elementary::log1p(-random_(0, 1)));
     return width * radius * elementary::cos(2 * std::numbers::pi * random_(0, 1));
   }
 
-  UniformRandom random_;
+  numerics::UniformRandom random_;
 };
 
 /// Larger numbers are probably misprints.
@@ -72,4 +72,4 @@ MonteCarloReport sample_tolerance(const DesignSpace& space, const Tolerances& nu
                                   const std::vector<std::string>& quantities, const MonteCarloOptions& options,
                                   const std::function<void(double fraction)>& progress = {});
 
-}  // namespace balance
+}  // namespace balance::tolerance

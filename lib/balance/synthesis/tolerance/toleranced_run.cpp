@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::tolerance {
 
 namespace {
 
-std::vector<ToleranceSample> list_samples(const RunGradient& gradient) {
+std::vector<ToleranceSample> list_samples(const derivatives::RunGradient& gradient) {
   std::vector<ToleranceSample> samples;
   std::size_t j = 0;
   const std::vector<long>& next = gradient.intermediate.next_sample;
@@ -30,7 +30,7 @@ std::vector<ToleranceSample> list_samples(const RunGradient& gradient) {
 
 std::vector<std::string> list_array_names(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
-  for (const std::string& quantity : quantities) arrays.push_back(effort_array_name(quantity));
+  for (const std::string& quantity : quantities) arrays.push_back(results::effort_array_name(quantity));
   const bool needs_total_torque = std::find(arrays.begin(), arrays.end(), "total_torque") != arrays.end();
   if (needs_total_torque) arrays.push_back("torque");  // from which total_torque is computed
   if (!arrays.empty()) arrays.push_back("power");
@@ -48,7 +48,9 @@ void require_run(const Tolerances& numbers, const Trajectory& trajectory) {
 
 }  // namespace
 
-double excess_kurtosis(Distribution distribution) { return distribution == Distribution::normal ? 0 : -1.2; }
+double excess_kurtosis(study::Distribution distribution) {
+  return distribution == study::Distribution::normal ? 0 : -1.2;
+}
 
 TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                              const std::vector<std::string>& quantities)
@@ -56,12 +58,12 @@ TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers
   require_run(numbers, trajectory);
   for (std::size_t i = 0; i < numbers.size(); ++i) deviations_[static_cast<Eigen::Index>(i)] = numbers[i].deviation();
   const std::vector<std::string> arrays = list_array_names(quantities);
-  for (std::size_t first = 0; first < numbers.size(); first += dual_width) {
+  for (std::size_t first = 0; first < numbers.size(); first += numerics::dual_width) {
     const TolerancedDuals duals(space, numbers, first);
-    gradients_.push_back(differentiate_run(duals.mechanism(), duals.trajectory(trajectory), arrays));
+    gradients_.push_back(derivatives::differentiate_run(duals.mechanism(), duals.trajectory(trajectory), arrays));
     if (gradients_.back().run.outcome.status != MotionStatus::done) return;
     figures_.push_back(differentiate_figures(gradients_.back()));
-    for (std::size_t i = first; i < std::min(numbers.size(), first + dual_width); ++i)
+    for (std::size_t i = first; i < std::min(numbers.size(), first + numerics::dual_width); ++i)
       add_incompatible_parameters(gradients_.back().closure_gaps[i - first], i, numbers[i].path, numbers[i].deviation(),
                                   space.start.mechanism, incompatible_parameters_);
   }
@@ -71,18 +73,18 @@ TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers
 }
 
 const RunResult& TolerancedRun::derivative(Eigen::Index number, bool is_intermediate) const {
-  const RunGradient& gradient = gradients_[static_cast<std::size_t>(number) / dual_width];
-  const std::size_t k = static_cast<std::size_t>(number) % dual_width;
+  const derivatives::RunGradient& gradient = gradients_[static_cast<std::size_t>(number) / numerics::dual_width];
+  const std::size_t k = static_cast<std::size_t>(number) % numerics::dual_width;
   if (is_intermediate) return gradient.derivatives_between[k].rows;
   return gradient.derivatives[k];
 }
 
-VectorX TolerancedRun::value(const MetricSeries& series, const ToleranceSample& sample) const {
+VectorX TolerancedRun::value(const results::MetricSeries& series, const ToleranceSample& sample) const {
   const RunResult& rows = sample.is_intermediate ? gradients_.front().intermediate.rows : run();
   return (rows.*series.array).row(sample.row).segment(series.first, series.count).transpose();
 }
 
-MatrixX TolerancedRun::contributions(const MetricSeries& series, const ToleranceSample& sample) const {
+MatrixX TolerancedRun::contributions(const results::MetricSeries& series, const ToleranceSample& sample) const {
   MatrixX result(deviations_.size(), series.count);
   for (Eigen::Index i = 0; i < deviations_.size(); ++i)
     result.row(i) =
@@ -91,4 +93,4 @@ MatrixX TolerancedRun::contributions(const MetricSeries& series, const Tolerance
   return result;
 }
 
-}  // namespace balance
+}  // namespace balance::tolerance

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::tolerance {
 
 /// A spec's mechanism and trajectories with derivatives with respect to the toleranced numbers.
 class TolerancedDuals {
@@ -22,29 +22,30 @@ class TolerancedDuals {
   TolerancedDuals(const DesignSpace& space, const Tolerances& numbers, std::size_t first)
       : space_(space), values_(*space.recording, inputs(space, numbers, first)) {}
 
-  MechanismOf<DualNumber> mechanism() const {
-    MechanismOf<DualNumber> mechanism = values_.mechanism();
-    if (space_.assembly_mode) set_assembly(mechanism, space_.start.mechanism.assembly);
+  MechanismOf<derivatives::DualNumber> mechanism() const {
+    MechanismOf<derivatives::DualNumber> mechanism = values_.mechanism();
+    if (space_.assembly_mode) study::set_assembly(mechanism, space_.start.mechanism.assembly);
     return mechanism;
   }
   /// @param trajectory one of the spec's, but possibly with another number of samples
-  TrajectoryOf<DualNumber> trajectory(const Trajectory& trajectory) const {
+  TrajectoryOf<derivatives::DualNumber> trajectory(const Trajectory& trajectory) const {
     const std::size_t index = trajectory_index(space_.start, trajectory.name);
-    auto duals = cast_scalar<DualNumber>(space_.recording->trajectories.at(index), values_);
+    auto duals = trajectory::cast_scalar<derivatives::DualNumber>(space_.recording->trajectories.at(index), values_);
     duals.samples = trajectory.samples;
     return duals;
   }
 
  private:
-  static std::vector<DualNumber> inputs(const DesignSpace& space, const Tolerances& numbers, std::size_t first) {
-    std::vector<DualNumber> dual_inputs(space.inputs.begin(), space.inputs.end());
-    for (std::size_t i = first; i < std::min(numbers.size(), first + dual_width); ++i)
+  static std::vector<derivatives::DualNumber> inputs(const DesignSpace& space, const Tolerances& numbers,
+                                                     std::size_t first) {
+    std::vector<derivatives::DualNumber> dual_inputs(space.inputs.begin(), space.inputs.end());
+    for (std::size_t i = first; i < std::min(numbers.size(), first + numerics::dual_width); ++i)
       dual_inputs[static_cast<std::size_t>(numbers[i].input)].d[i - first] = 1;
     return dual_inputs;
   }
 
   const DesignSpace& space_;
-  RecordedValues<DualNumber> values_;
+  study::RecordedValues<derivatives::DualNumber> values_;
 };
 
 /// One row of the run or of the rows between its samples, and its fraction of the duration.
@@ -70,25 +71,25 @@ class TolerancedRun {
   const RunResult& run() const { return gradients_.back().run; }
   const std::vector<ToleranceSample>& samples() const { return samples_; }
   /// One entry per dual_width numbers.
-  const std::vector<FigureGradients>& figures() const { return figures_; }
+  const std::vector<derivatives::FigureGradients>& figures() const { return figures_; }
   /// Standard deviations; 0 for numbers that open a joint.
   const VectorX& deviations() const { return deviations_; }
   const std::vector<IncompatibleParameter>& incompatible_parameters() const { return incompatible_parameters_; }
 
   const RunResult& derivative(Eigen::Index number, bool is_intermediate) const;
-  VectorX value(const MetricSeries& series, const ToleranceSample& sample) const;
+  VectorX value(const results::MetricSeries& series, const ToleranceSample& sample) const;
   /// One row per number: the change of the series' components by its deviation.
-  MatrixX contributions(const MetricSeries& series, const ToleranceSample& sample) const;
+  MatrixX contributions(const results::MetricSeries& series, const ToleranceSample& sample) const;
 
  private:
   VectorX deviations_;
-  std::vector<RunGradient> gradients_;  ///< one entry per dual_width numbers
-  std::vector<FigureGradients> figures_;
+  std::vector<derivatives::RunGradient> gradients_;  ///< one entry per dual_width numbers
+  std::vector<derivatives::FigureGradients> figures_;
   std::vector<IncompatibleParameter> incompatible_parameters_;
   std::vector<ToleranceSample> samples_;
 };
 
 /// Fourth moment over the squared second one, minus that of a normal distribution.
-double excess_kurtosis(Distribution distribution);
+double excess_kurtosis(study::Distribution distribution);
 
-}  // namespace balance
+}  // namespace balance::tolerance

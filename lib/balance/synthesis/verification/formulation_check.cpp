@@ -17,7 +17,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::verification {
 
 namespace {
 
@@ -37,16 +37,18 @@ struct QuantityScales {
     for (std::size_t c = 0; c < r.coordinate_units.size(); ++c) {
       const double unit = r.coordinate_units[c] == "m" ? length : 1;
       const auto column = static_cast<Eigen::Index>(c);
-      rate = std::max(rate, max_abs(r.joint_velocity.col(column)) / unit);
-      acceleration = std::max(acceleration, max_abs(r.joint_acceleration.col(column)) / unit);
+      rate = std::max(rate, numerics::max_abs(r.joint_velocity.col(column)) / unit);
+      acceleration = std::max(acceleration, numerics::max_abs(r.joint_acceleration.col(column)) / unit);
     }
     acceleration = std::max(acceleration, rate * rate);
-    const auto span = [](const Samples& s) { return s.size() == 0 ? 0.0 : max_coefficient(s) - min_coefficient(s); };
-    energy = std::max({max_coefficient(r.kinetic_energy), span(r.potential_energy),
+    const auto span = [](const Samples& s) {
+      return s.size() == 0 ? 0.0 : numerics::max_coefficient(s) - numerics::min_coefficient(s);
+    };
+    energy = std::max({numerics::max_coefficient(r.kinetic_energy), span(r.potential_energy),
                        total_mass(mechanism) * mechanism.gravity.norm() * length});
     for (Eigen::Index a = 0; a < r.torque.cols(); ++a)
-      energy = std::max(energy,
-                        max_abs(r.torque.col(a)) * (r.actuator_units[static_cast<std::size_t>(a)] == "N" ? length : 1));
+      energy = std::max(energy, numerics::max_abs(r.torque.col(a)) *
+                                    (r.actuator_units[static_cast<std::size_t>(a)] == "N" ? length : 1));
   }
 
   /// Scale of a unit such as "m/s^2".
@@ -69,7 +71,7 @@ std::vector<bool> find_friction_reversals(const Mechanism& mechanism, const RunR
   for (const Friction& friction : mechanism.friction) {
     if (friction.dry_friction(1) == 0 && friction.dry_friction(-1) == 0) continue;
     const auto rate = r.joint_velocity.col(friction.coordinate);
-    const double rest_rate = 1e-9 * max_abs(rate);
+    const double rest_rate = 1e-9 * numerics::max_abs(rate);
     for (Eigen::Index k = 0; k < rate.size(); ++k)
       if (std::abs(rate[k]) <= rest_rate) at_reversal[static_cast<std::size_t>(k)] = true;
   }
@@ -87,7 +89,7 @@ class FormulationComparison {
   std::vector<QuantityDifference> run() {
     for (const Quantity& quantity : list_sampled_quantities(tree_)) {
       if ((natural_.*quantity.member).size() == 0) continue;
-      const std::string unit = common_unit(quantity.units);
+      const std::string unit = results::common_unit(quantity.units);
       if (unit != "mixed") {
         compare(quantity, quantity.name, unit);
         continue;
@@ -148,7 +150,7 @@ class FormulationComparison {
 
 /// Orthonormal basis of the row space, in comparable units.
 MatrixX row_space(const MatrixX& rows, const VectorX& unit) {
-  const SingularValueDecomposition svd(rows * unit.asDiagonal(), Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition svd(rows * unit.asDiagonal(), Eigen::ComputeThinV);
   return svd.matrixV().leftCols(rows.rows());
 }
 
@@ -165,7 +167,7 @@ TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Traje
   if (!result.is_consistent || !is_done) return result;
   result.samples = static_cast<long>(tree.time.size());
   result.differences = FormulationComparison(mechanism, tree, natural).run();
-  const double amplification = mobility_threshold / std::max(1e-6, min_coefficient(tree.mobility));
+  const double amplification = mobility_threshold / std::max(1e-6, numerics::min_coefficient(tree.mobility));
   result.tolerance = verify_tolerance * std::max(1.0, amplification * amplification);
   for (const QuantityDifference& difference : result.differences)
     result.is_consistent = result.is_consistent && difference.relative() <= result.tolerance;
@@ -180,10 +182,11 @@ ConditionsVerification verify_conditions(const Study& study) {
     return result;
   };
   if (!study.temporary_payloads.empty()) return skip("payloads are picked up or set down");
-  const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
+  const Mechanism mechanism = simulation::assembled_at(study.mechanism, simulation::start_coordinates(study));
   NaturalStart start;
   if (!study.trajectories.empty()) {
-    const ResolvedTrajectory first = resolve_trajectory(mechanism, study.trajectories.front());
+    const time_optimal::ResolvedTrajectory first =
+        time_optimal::resolve_trajectory(mechanism, study.trajectories.front());
     start.outcome = first.outcome;
     if (first.outcome.status == MotionStatus::done) start = find_natural_start(mechanism, first.trajectory);
   }
@@ -220,7 +223,7 @@ VerifyReport verify_formulations(const Study& study) {
   Study resolved_study = study;
   for (Trajectory& trajectory : resolved_study.trajectories) {
     check_timing(trajectory);
-    ResolvedTrajectory resolved = resolve_trajectory(study.mechanism, trajectory);
+    time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(study.mechanism, trajectory);
     if (resolved.outcome.status == MotionStatus::done) trajectory = std::move(resolved.trajectory);
   }
   report.conditions = verify_conditions(resolved_study);
@@ -236,4 +239,4 @@ VerifyReport verify_formulations(const Study& study) {
   return report;
 }
 
-}  // namespace balance
+}  // namespace balance::verification

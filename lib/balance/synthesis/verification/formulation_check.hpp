@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::verification {
 
 /// Differences up to this fraction of a quantity's scale are round-off: both formulations solve linear systems of a few
 /// dozen unknowns to about 1e-13, and a path may come near a singularity.
@@ -53,5 +53,11 @@ VerifyReport verify_formulations(const Study& study);
 
 TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Trajectory& trajectory);
 ConditionsVerification verify_conditions(const Study& study);
+
+}  // namespace balance::verification
+
+namespace balance {
+
+using verification::verify_formulations;
 
 }  // namespace balance

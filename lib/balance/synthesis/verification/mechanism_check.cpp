@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance {
+namespace balance::verification {
 
 namespace {
 
@@ -26,13 +26,13 @@ class MechanismChecker {
       : study_(study),
         progress_(progress),
         mechanism_(study.mechanism),
-        tree_(compile_tree<S>(mechanism_, list_required_coordinates(study))),
+        tree_(kinematics::compile_tree<S>(mechanism_, list_required_coordinates(study))),
         start_equations_(make_pose_equations(mechanism_, tree_, start_pose())),
         system_(tree_, start_equations_.drive) {}
 
   CheckReport run() {
     count_elements();
-    const AssemblySolution start = solve_pose(mechanism_, tree_, system_, start_equations_.target);
+    const kinematics::AssemblySolution start = solve_pose(mechanism_, tree_, system_, start_equations_.target);
     if (!start.found) {
       report_.outcome = explain_assembly_failure(mechanism_, tree_, start, start_pose());
       return report_;
@@ -52,8 +52,9 @@ class MechanismChecker {
   }
 
   /// The first trajectory's start pose; without trajectories, the actuators at their rough values.
-  PoseTarget start_pose() const {
-    return study_.trajectories.empty() ? actuators_as_assembled(mechanism_) : study_.trajectories.front().from;
+  trajectory::PoseTarget start_pose() const {
+    return study_.trajectories.empty() ? kinematics::actuators_as_assembled(mechanism_)
+                                       : study_.trajectories.front().from;
   }
 
   void count_elements() {
@@ -64,10 +65,10 @@ class MechanismChecker {
     report_.rate_equations = tree_.closure_rows - tree_.position_rows;
     report_.gruebler_degrees_of_freedom = count_degrees_of_freedom(mechanism_);
     report_.total_mass = tree_.mass;
-    const SpanningTree spanning = build_spanning_tree(mechanism_, list_required_coordinates(study_));
+    const model::SpanningTree spanning = build_spanning_tree(mechanism_, list_required_coordinates(study_));
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
       if (tree_.joint_nodes[j] >= 0) report_.tree_joints.push_back(mechanism_.joints[j].name);
-    for (const Closure<S>& closure : tree_.closures) {
+    for (const kinematics::Closure<S>& closure : tree_.closures) {
       if (closure.is_velocity_level()) break;
       Loop loop;
       loop.cut_joint = mechanism_.joints[closure.joint].name;
@@ -90,19 +91,19 @@ class MechanismChecker {
 
   /// Finds closure rows that depend on the others. Which rows of a dependent set these are is a choice: the last ones.
   void find_redundant_rows(const VectorX& y, int rank) {
-    ConstraintSystem<S> closures(tree_, Drive<S>{});
+    kinematics::ConstraintSystem<S> closures(tree_, kinematics::Drive<S>{});
     MatrixX jacobian;
     closures.velocity_jacobian(y, {}, jacobian);
     MatrixX independent_rows(0, tree_.columns);
     int r = 0;
     auto constraint = mechanism_.constraints.begin();
-    for (const Closure<S>& closure : tree_.closures) {
+    for (const kinematics::Closure<S>& closure : tree_.closures) {
       const std::string name =
           closure.joint < 0 ? "constraint " + (constraint++)->name : mechanism_.joints[closure.joint].name;
-      for (const ClosureRow& row : closure.rows) {
+      for (const kinematics::ClosureRow& row : closure.rows) {
         MatrixX extended_rows(independent_rows.rows() + 1, tree_.columns);
         extended_rows << independent_rows, jacobian.row(r++);
-        if (independent_rows.rows() < rank && decompose_rank(extended_rows).rank == extended_rows.rows())
+        if (independent_rows.rows() < rank && kinematics::decompose_rank(extended_rows).rank == extended_rows.rows())
           independent_rows = extended_rows;
         else
           report_.redundant.push_back(name + ": " + describe_row(row));
@@ -110,17 +111,19 @@ class MechanismChecker {
     }
   }
 
-  static std::string describe_row(const ClosureRow& row) {
+  static std::string describe_row(const kinematics::ClosureRow& row) {
     static const char* const names[] = {"x", "y", "z"};
-    if (row.kind == ClosureRow::Kind::sum) return "its speed is zero anyway";
-    if (row.kind == ClosureRow::Kind::slip) return std::string("friction along ") + names[row.i] + " of the plane";
-    if (row.kind == ClosureRow::Kind::along) return std::string("force along ") + names[row.i] + " of the joint's axes";
+    if (row.kind == kinematics::ClosureRow::Kind::sum) return "its speed is zero anyway";
+    if (row.kind == kinematics::ClosureRow::Kind::slip)
+      return std::string("friction along ") + names[row.i] + " of the plane";
+    if (row.kind == kinematics::ClosureRow::Kind::along)
+      return std::string("force along ") + names[row.i] + " of the joint's axes";
     if (S::dimension == 2) return "moment";
     return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
   }
 
   void find_passive_freedoms() {
-    for (const PassiveFreedom& spin : tree_.locked_freedoms)
+    for (const model::PassiveFreedom& spin : tree_.locked_freedoms)
       report_.passive_freedoms.push_back(
           mechanism_.bodies[spin.body].name + " could spin about the line between its spherical joints " +
           mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
@@ -130,20 +133,20 @@ class MechanismChecker {
   void describe_start(const VectorX& y) {
     report_.start = compute_coordinates(mechanism_, tree_, y);
     clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.start);
-    TreeState<S> state(tree_.nodes.size());
+    kinematics::TreeState<S> state(tree_.nodes.size());
     compute_poses(tree_, y.data(), state);
-    MassDistribution<S> masses(tree_);
+    kinematics::MassDistribution<S> masses(tree_);
     masses.update(tree_, state);
-    report_.com = to_3d(masses.com());
+    report_.com = kinematics::to_3d(masses.com());
     for (double& component : report_.com)
-      if (std::abs(component) < pose_round_off * tree_.characteristic_length) component = 0;
+      if (std::abs(component) < model::pose_round_off * tree_.characteristic_length) component = 0;
   }
 
   /// Other ways to close the loops at the same start pose.
   void find_modes(const VectorX& selected) {
     if (tree_.closures.empty() && start_equations_.drive.linear.size() == static_cast<std::size_t>(tree_.columns))
       return;
-    AssemblyModes<S> modes(mechanism_, tree_, system_, start_equations_.target, selected);
+    kinematics::AssemblyModes<S> modes(mechanism_, tree_, system_, start_equations_.target, selected);
     const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
     long work = 0;
     for (int start = 1; start <= restarts; ++start) {
@@ -169,7 +172,7 @@ class MechanismChecker {
   }
 
   void check_actuators() {
-    const Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
+    const dynamics::Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
     if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
     report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
     if (start_equations_.drive.row_count() < report_.degrees_of_freedom)
@@ -184,22 +187,22 @@ class MechanismChecker {
   const Study& study_;
   const std::function<void(double)>& progress_;
   const Mechanism& mechanism_;
-  Tree<S> tree_;
-  PoseEquations<S> start_equations_;
-  ConstraintSystem<S> system_;
+  kinematics::Tree<S> tree_;
+  kinematics::PoseEquations<S> start_equations_;
+  kinematics::ConstraintSystem<S> system_;
   CheckReport report_;
 };
 
 }  // namespace
 
 CheckReport check_mechanism(const Study& study, const std::function<void(double)>& progress) {
-  CheckReport report =
-      dispatch_space(study.mechanism.space, [&]<class S>(S) { return MechanismChecker<S>(study, progress).run(); });
+  CheckReport report = kinematics::dispatch_space(
+      study.mechanism.space, [&]<class S>(S) { return MechanismChecker<S>(study, progress).run(); });
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
-    report.outcome = make_overflow_outcome(0, "the centre of mass", study.mechanism);
-  for (const TemporaryPayload& payload : study.temporary_payloads)
+    report.outcome = trajectory::make_overflow_outcome(0, "the centre of mass", study.mechanism);
+  for (const study::TemporaryPayload& payload : study.temporary_payloads)
     report.notes.push_back("payload '" + payload.name + "' is not always there; mass and centre of mass include it");
   return report;
 }
 
-}  // namespace balance
+}  // namespace balance::verification

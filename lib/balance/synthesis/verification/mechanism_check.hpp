@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace balance {
+namespace balance::verification {
 
 /// One way to assemble the mechanism at its start pose.
 struct AssemblyMode {
@@ -53,5 +53,12 @@ struct CheckReport {
 /// at their assembly values (or zero)
 /// @param progress called from time to time with the completed fraction of the search for assembly modes, 0 to 1
 CheckReport check_mechanism(const Study& study, const std::function<void(double fraction)>& progress = {});
+
+}  // namespace balance::verification
+
+namespace balance {
+
+using verification::check_mechanism;
+using verification::CheckReport;
 
 }  // namespace balance

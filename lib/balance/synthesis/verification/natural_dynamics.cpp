@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 namespace {
 
@@ -69,7 +69,7 @@ NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, doub
     Vector3 load_force, moment;
     interpolate_load(*placed.load, time, load_force, moment);
     const Complex e = placed.direction.at(position);
-    const Complex force = to_complex(load_force, L) * (placed.load->frame == Frame::body ? e : Complex(1));
+    const Complex force = to_complex(load_force, L) * (placed.load->frame == model::Frame::body ? e : Complex(1));
     const double load_moment = moment.z() / (L * L);
     distribute_force(placed.point, force, forces);
     distribute_force(placed.direction, imaginary * load_moment * e, forces);  // power turning · ω, with ė = i ω e
@@ -137,8 +137,8 @@ NaturalSampleEvaluator::NaturalSampleEvaluator(const Mechanism& mechanism, const
       moment_reference_(about) {
   if (mechanism.tool) tool_ = make_tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
-  if (motors < freedoms) mismatch_ = describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(describe_over_actuation(motors, freedoms));
+  if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(trajectory::describe_over_actuation(motors, freedoms));
   for (auto* values : {&sample_.position, &sample_.velocity, &sample_.acceleration})
     values->setZero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
   for (auto* values : {&sample_.effort, &sample_.power}) values->setZero(motors);
@@ -240,11 +240,11 @@ VectorX NaturalSampleEvaluator::required_forces(const NaturalStepper& stepper) {
   double max_rate = 0;
   for (Eigen::Index c = 0; c < sample_.velocity.size(); ++c)
     max_rate = std::max(max_rate, std::abs(sample_.velocity[c]) / unit(static_cast<std::size_t>(c)));
-  const double rest_rate = rest_rate_threshold(max_rate, stepper.duration());
+  const double rest_rate = model::rest_rate_threshold(max_rate, stepper.duration());
   for (const Friction& friction : mechanism_.friction) {
     const auto c = static_cast<std::size_t>(friction.coordinate);
     const double rate = sample_.velocity[friction.coordinate];
-    const double resistance = sliding_friction(friction, rate, sliding_sign(rate, rest_rate * unit(c)));
+    const double resistance = sliding_friction(friction, rate, model::sliding_sign(rate, rest_rate * unit(c)));
     for (const ScalarTerm& term : model_.coordinates[c].form.terms)
       required[2 * moving + term.scalar] += term.coefficient * resistance / (L * L);
   }
@@ -271,7 +271,7 @@ bool NaturalSampleEvaluator::solve_efforts(const NaturalStepper& stepper) {
   const VectorX column_scale = motions.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
   actuation = actuation * column_scale.asDiagonal();
   const VectorX right_hand_side = L * L * column_scale.cwiseProduct(motions.transpose() * required);
-  CompleteOrthogonalDecomposition qr;
+  numerics::CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-10);
   qr.compute(actuation.transpose());
   const VectorX efforts = qr.solve(right_hand_side).cwiseQuotient(unit);
@@ -295,4 +295,4 @@ MatrixX NaturalSampleEvaluator::actuation_matrix(const NaturalKinematicEquations
   return result;
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

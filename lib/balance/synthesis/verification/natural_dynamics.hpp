@@ -5,7 +5,7 @@
 #include "balance/synthesis/verification/natural_equations.hpp"
 #include "balance/synthesis/verification/natural_model.hpp"
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 /// A force and its moment about the world's origin, in internal units.
 struct NaturalWrench {
@@ -89,4 +89,4 @@ class NaturalSampleEvaluator {
   Sample sample_;
 };
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 namespace {
 
@@ -19,7 +19,7 @@ constexpr double min_pivot = 1e-7;  // half of the digits are lost
 
 }  // namespace
 
-NaturalStepper::NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule,
+NaturalStepper::NaturalStepper(const NaturalModel& model, DriveRows drive, const trajectory::PrescribedMotion& schedule,
                                int freedoms)
     : model_(model), schedule_(schedule), freedoms_(freedoms), equations_(model, std::move(drive)) {
   state_.position = model.start;
@@ -31,7 +31,7 @@ NaturalStepper::NaturalStepper(const NaturalModel& model, DriveRows drive, const
 bool NaturalStepper::begin(const NaturalCoordinates& initial_position) {
   state_.time = 0;
   state_.position = initial_position;
-  schedule_.at(0, Side::after, sample_);
+  schedule_.at(0, trajectory::Side::after, sample_);
   if (!equations_.newton(state_.position, sample_.value) || !equations_.differentiate(state_, sample_)) {
     stop(StepResult::no_convergence);
     return false;
@@ -86,7 +86,7 @@ bool NaturalStepper::is_far_from_prediction(const NaturalCoordinates& predicted,
 
 NaturalStepper::StepResult NaturalStepper::step(double time) {
   const double h = time - state_.time;
-  schedule_.at(time, Side::after, sample_);
+  schedule_.at(time, trajectory::Side::after, sample_);
   NaturalState next = state_;
   next.time = time;
   for (std::size_t k = 0; k < next.position.points.size(); ++k)
@@ -127,13 +127,13 @@ double NaturalStepper::curvature(const NaturalState& next) const {
 /// Checks whether one of the matrices may have lost rank since the current state.
 NaturalStepper::StepResult NaturalStepper::check_step(const NaturalState& next) {
   const double deviation = curvature(next), pivot = constraint_monitor_.factorise(equations_.jacobian(next.position));
-  if (!(pivot >= min_pivot && deviation <= max_matrix_curvature * pivot &&
-        constraint_monitor_.is_near_stored(max_matrix_change)))
+  if (!(pivot >= min_pivot && deviation <= numerics::max_matrix_curvature * pivot &&
+        constraint_monitor_.is_near_stored(numerics::max_matrix_change)))
     return StepResult::possible_rank_loss;
   if (actuation_matrix_) {
     const double actuation_pivot = actuation_monitor_.factorise(actuation_matrix_(next.position));
-    if (!(actuation_pivot >= min_pivot && deviation <= max_matrix_curvature * actuation_pivot &&
-          actuation_monitor_.is_near_stored(max_matrix_change)))
+    if (!(actuation_pivot >= min_pivot && deviation <= numerics::max_matrix_curvature * actuation_pivot &&
+          actuation_monitor_.is_near_stored(numerics::max_matrix_change)))
       return StepResult::actuation_singular;
     actuation_extrapolation_.add_sample(actuation_pivot, next.time);
   }
@@ -161,24 +161,24 @@ bool NaturalStepper::advance(double time) {
   return true;
 }
 
-void NaturalStepper::accelerate(Side side) {
+void NaturalStepper::accelerate(trajectory::Side side) {
   schedule_.at(state_.time, side, sample_);
   equations_.accelerate(state_, sample_);
 }
 
 /// Determines which matrix has lost rank at the last good configuration.
 void NaturalStepper::stop(StepResult attempt) {
-  const PivotExtrapolation& extrapolation =
+  const numerics::PivotExtrapolation& extrapolation =
       attempt == StepResult::actuation_singular ? actuation_extrapolation_ : pivot_extrapolation_;
   const double time = std::min(extrapolation.extrapolate_zero(state_.time), schedule_.duration());
   if (attempt == StepResult::actuation_singular) {
-    outcome_ = make_actuation_singularity_outcome(time, "");
+    outcome_ = trajectory::make_actuation_singularity_outcome(time, "");
     return;
   }
   const int rank = model_.unknowns() - freedoms_;
   const auto singular_value_ratio = [](const MatrixX& matrix, int k) {
     if (k <= 0 || matrix.rows() < k) return 1.0;
-    const VectorX values = singular_values(matrix);
+    const VectorX values = numerics::singular_values(matrix);
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
   const double constraint_ratio = singular_value_ratio(equations_.constraint_jacobian(state_.position), rank);
@@ -201,7 +201,7 @@ void NaturalStepper::stop(StepResult attempt) {
     reason = "the motion could only continue by jumping to another assembly mode";
   }
   outcome_.time = time;
-  outcome_.reason = format_time_prefix(time) + reason;
+  outcome_.reason = trajectory::format_time_prefix(time) + reason;
 }
 
 AffineForm make_com_form(const NaturalModel& model) {
@@ -216,7 +216,8 @@ AffineForm make_tool_form(const Mechanism& mechanism, const NaturalModel& model)
   return model.bodies[static_cast<std::size_t>(tool.body)].place(to_complex(tool.position, model.length()));
 }
 
-DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model, const DriveQuantities& quantities) {
+DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model,
+                          const trajectory::DriveQuantities& quantities) {
   DriveRows drive;
   const auto add_components = [&](const std::vector<int>& components, const AffineForm& point) {
     for (const int k : components) {
@@ -339,7 +340,7 @@ bool NaturalKinematicEquations::solve_least_norm(NaturalCoordinates& position, c
     const VectorX error = residual(position, prescribed);
     const double max_error = error.size() > 0 ? error.lpNorm<Eigen::Infinity>() : 0;
     if (!std::isfinite(max_error)) return false;
-    CompleteOrthogonalDecomposition qr;
+    numerics::CompleteOrthogonalDecomposition qr;
     qr.setThreshold(1e-9);
     qr.compute(jacobian(position));
     const VectorX step = qr.solve(error);
@@ -351,7 +352,7 @@ bool NaturalKinematicEquations::solve_least_norm(NaturalCoordinates& position, c
   return false;
 }
 
-bool NaturalKinematicEquations::differentiate(NaturalState& state, const DriveSample& sample) {
+bool NaturalKinematicEquations::differentiate(NaturalState& state, const trajectory::DriveSample& sample) {
   if (!factorise(state.position)) return false;
   VectorX right_hand_side = VectorX::Zero(rows());
   for (int k = 0; k < drive_row_count(); ++k)
@@ -361,7 +362,7 @@ bool NaturalKinematicEquations::differentiate(NaturalState& state, const DriveSa
   return true;
 }
 
-void NaturalKinematicEquations::accelerate(NaturalState& state, const DriveSample& sample) const {
+void NaturalKinematicEquations::accelerate(NaturalState& state, const trajectory::DriveSample& sample) const {
   VectorX right_hand_side(rows());
   for (int r = 0; r < constraint_count(); ++r)
     right_hand_side[r] = -model_.constraints[static_cast<std::size_t>(r)].bias(state.position, state.velocity);
@@ -385,7 +386,7 @@ namespace {
 
 int compute_numerical_rank(const MatrixX& matrix) {
   if (matrix.size() == 0) return 0;
-  const VectorX values = singular_values(matrix);
+  const VectorX values = numerics::singular_values(matrix);
   int rank = 0;
   while (rank < values.size() && values[rank] > 1e-8 * values[0]) ++rank;
   return rank;
@@ -402,7 +403,7 @@ int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordin
     VectorX step(model.unknowns());
     for (double& entry : step) entry = (static_cast<double>(random()) / 4294967296.0 - 0.5) * 0.2;
     NaturalCoordinates candidate = current;
-    const CompleteOrthogonalDecomposition qr(constraints.jacobian(current));
+    const numerics::CompleteOrthogonalDecomposition qr(constraints.jacobian(current));
     candidate.add(1, step - qr.solve(constraints.jacobian(current) * step));
     if (!constraints.solve_least_norm(candidate, VectorX())) continue;
     current = candidate;
@@ -411,4 +412,4 @@ int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordin
   return rank;
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

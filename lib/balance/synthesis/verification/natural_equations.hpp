@@ -13,7 +13,7 @@
 #include <functional>
 #include <utility>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 // Prescribed quantities as rows in natural coordinates.
 
@@ -24,7 +24,8 @@ struct DriveRows {
 };
 
 /// In the order of DriveValue::value. The angles and coordinates must be scalars of the model.
-DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model, const DriveQuantities& quantities);
+DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model,
+                          const trajectory::DriveQuantities& quantities);
 
 /// The CoM as a form: m · CoM = B M q (P3 eq. 21), divided by m.
 AffineForm make_com_form(const NaturalModel& model);
@@ -56,9 +57,9 @@ class NaturalKinematicEquations {
   /// The same with minimum-norm corrections and any number of rows: for start configurations.
   bool solve_least_norm(NaturalCoordinates& position, const VectorX& prescribed) const;
   /// Computes velocities and accelerations; factorises the matrix at the state's position.
-  bool differentiate(NaturalState& state, const DriveSample& sample);
+  bool differentiate(NaturalState& state, const trajectory::DriveSample& sample);
   /// Recomputes accelerations with the current factorisation.
-  void accelerate(NaturalState& state, const DriveSample& sample) const;
+  void accelerate(NaturalState& state, const trajectory::DriveSample& sample) const;
 
   /// Velocities per unit rate of the driven rows: they span what the constraints allow. Uses the last factorisation.
   MatrixX allowed_velocities() const;
@@ -72,7 +73,7 @@ class NaturalKinematicEquations {
   DriveRows drive_;
   bool square_;
   Eigen::PartialPivLU<MatrixX> lu_;
-  ColumnPivotingQr qr_;
+  numerics::ColumnPivotingQr qr_;
   int iterations_ = 0;
   double residual_tolerance_;
 };
@@ -83,7 +84,8 @@ int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordin
 class NaturalStepper {
  public:
   /// @param model, schedule must outlive the stepper
-  NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule, int freedoms);
+  NaturalStepper(const NaturalModel& model, DriveRows drive, const trajectory::PrescribedMotion& schedule,
+                 int freedoms);
 
   /// Sets another matrix that must keep full column rank from begin() on.
   void set_actuation_matrix(std::function<MatrixX(const NaturalCoordinates&)> matrix) {
@@ -95,7 +97,7 @@ class NaturalStepper {
   /// Advances to a later time, in as many steps as necessary to stay in the same assembly mode.
   bool advance(double time);
   /// Computes accelerations on one side of the current time (advance() leaves those of the side `after`).
-  void accelerate(Side side);
+  void accelerate(trajectory::Side side);
 
   double time() const { return state_.time; }
   double duration() const { return schedule_.duration(); }  ///< of the whole motion [s]
@@ -119,17 +121,17 @@ class NaturalStepper {
   void stop(StepResult attempt);
 
   const NaturalModel& model_;
-  const PrescribedMotion& schedule_;
+  const trajectory::PrescribedMotion& schedule_;
   int freedoms_;
   NaturalKinematicEquations equations_;
   NaturalState state_;
   std::vector<double> angles_;
-  DriveSample sample_;
+  trajectory::DriveSample sample_;
   int iterations_ = 0;
-  RankMonitor constraint_monitor_, actuation_monitor_;
-  PivotExtrapolation pivot_extrapolation_, actuation_extrapolation_;
+  numerics::RankMonitor constraint_monitor_, actuation_monitor_;
+  numerics::PivotExtrapolation pivot_extrapolation_, actuation_extrapolation_;
   std::function<MatrixX(const NaturalCoordinates&)> actuation_matrix_;
   MotionOutcome outcome_;
 };
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -7,7 +7,7 @@
 #include <queue>
 #include <stdexcept>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 NaturalInertia& NaturalInertia::operator+=(const NaturalInertia& other) {
   mass += other.mass;
@@ -68,7 +68,7 @@ NaturalInertia sum_carried_inertia(const Mechanism& mechanism, int b, double len
 }  // namespace
 
 void add_masses(const Mechanism& mechanism, NaturalModel& model) {
-  model.total_mass = balance::total_mass(mechanism);
+  model.total_mass = model::total_mass(mechanism);
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
     const NaturalInertia inertia = sum_carried_inertia(mechanism, static_cast<int>(b), model.length());
     const std::vector<BodyPoint>& points = model.basic.bodies[b].points;
@@ -89,7 +89,7 @@ void add_masses(const Mechanism& mechanism, NaturalModel& model) {
   }
   for (const Disc& disc : mechanism.discs) {
     Rotor rotor{disc.inertia(2, 2) / (model.length() * model.length()), {}};
-    if (disc.body == ground) model.ground_disc_moment += disc.mass * to_complex(disc.position, model.length());
+    if (disc.body == model::ground) model.ground_disc_moment += disc.mass * to_complex(disc.position, model.length());
     const BodyModel& carrier = model.bodies[static_cast<std::size_t>(disc.body)];
     if (carrier.angle >= 0) rotor.angle.terms.push_back({carrier.angle, 1});
     for (const auto& [coordinate, ratio] : disc.follows.terms) {
@@ -122,8 +122,8 @@ std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::
                                          double length) {
   std::vector<BodyPose> poses(mechanism.bodies.size());
   std::vector<bool> is_placed(mechanism.bodies.size(), false);
-  std::queue<int> pending({ground});
-  is_placed[ground] = true;
+  std::queue<int> pending({model::ground});
+  is_placed[model::ground] = true;
   while (!pending.empty()) {
     const BodyId body = pending.front();
     pending.pop();
@@ -176,8 +176,8 @@ class ModelBuilder {
     compute_start_points();
     for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
-    const auto make_scalars = [&](const CoordinateCombination& followed) {
-      for (const CoordinateTerm& term : followed.terms) make_scalar(term.coordinate);
+    const auto make_scalars = [&](const model::CoordinateCombination& followed) {
+      for (const model::CoordinateTerm& term : followed.terms) make_scalar(term.coordinate);
     };
     for (const int c : needed) make_scalar(c);
     for (const int c : mechanism_.actuators) make_scalar(c);
@@ -219,7 +219,7 @@ class ModelBuilder {
 
   void add_body(std::size_t b) {
     BodyModel body;
-    if (b == ground) {
+    if (b == model::ground) {
       body.direction = make_constant_form(1);
       model_.bodies.push_back(body);
       return;
@@ -250,7 +250,7 @@ class ModelBuilder {
 
   int body_angle(int b) {
     BodyModel& body = model_.bodies[static_cast<std::size_t>(b)];
-    if (body.angle < 0 && b != ground) {
+    if (body.angle < 0 && b != model::ground) {
       body.angle = add_scalar(model_.body_angles[static_cast<std::size_t>(b)]);
       model_.constraints.push_back({.right = body.direction, .angle = body.angle});
     }
@@ -323,7 +323,7 @@ class ModelBuilder {
       row.constant -= factor * form.constant / unit;
     };
     add(follower.form, 1);
-    for (const CoordinateTerm& term : coupling.leader.terms)
+    for (const model::CoordinateTerm& term : coupling.leader.terms)
       add(model_.coordinates[static_cast<std::size_t>(term.coordinate)].form, -coupling.ratio * term.ratio);
     row.constant += coupling.offset / unit;
     model_.constraints.push_back(row);
@@ -342,4 +342,4 @@ NaturalModel build_model(const Mechanism& mechanism, const std::vector<Coordinat
   return ModelBuilder(mechanism, start).build(needed, tool_angle);
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

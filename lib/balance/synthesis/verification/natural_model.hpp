@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 // A body's inertia distributed over its points: kinetic energy ½ żᴴ M ż with constant M, re-derived from M = ∫ Nᴴ N dm
 // (P3 eq. 1–14 have misprints).
@@ -123,4 +123,4 @@ CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint);
 /// The angle of the joint's second body in the first one's axes at coordinate zero.
 double compute_zero_angle(const Joint& joint);
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 /// Random walk through the configurations that are connected to the first one without passing a singular one.
 class RandomWalk {
@@ -34,7 +34,7 @@ class RandomWalk {
 
   const NaturalModel& model_;
   NaturalKinematicEquations constraints_;
-  UniformRandom random_{1};
+  numerics::UniformRandom random_{1};
   int rank_ = 0;
   NaturalCoordinates position_;
   MatrixX motions_;
@@ -129,7 +129,7 @@ Eigen::MatrixXcd sample_velocities(const NaturalModel& model, const RandomWalk& 
 /// Orthonormal basis of the null space, as real vectors (Re, Im).
 MatrixX compute_null_space(const MatrixX& A, Eigen::Index columns) {
   if (A.rows() == 0) return MatrixX::Identity(columns, columns);
-  const SingularValueDecomposition svd(A, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(A, Eigen::ComputeFullV);
   Eigen::Index rank = 0;
   const VectorX& values = svd.singularValues();
   while (rank < values.size() && values[rank] > 1e-10 * values[0]) ++rank;
@@ -180,7 +180,7 @@ ForceConditions force_conditions(const Mechanism& mechanism, const InitialCoordi
       return result;
     }
   }
-  const SingularValueDecomposition svd(samples, Eigen::ComputeFullU);
+  const numerics::SingularValueDecomposition svd(samples, Eigen::ComputeFullU);
   const VectorX& values = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < values.size() && values[rank] > dependence_tolerance * values[0]) ++rank;
@@ -191,7 +191,7 @@ ForceConditions force_conditions(const Mechanism& mechanism, const InitialCoordi
   // Re(v C) π = 0 for each of these velocities; with every v the span contains i v, which gives the imaginary part
   const MatrixX rows = basis.transpose() * to_real_matrix(coefficients.conjugate());
   MatrixX conditions = rows.leftCols(coefficients.cols());
-  const SingularValueDecomposition reduced(conditions, Eigen::ComputeThinV);
+  const numerics::SingularValueDecomposition reduced(conditions, Eigen::ComputeThinV);
   Eigen::Index count = 0;
   const VectorX& reduced_values = reduced.singularValues();
   while (count < reduced_values.size() && reduced_values[count] > dependence_tolerance * reduced_values[0]) ++count;
@@ -240,7 +240,7 @@ bool RandomWalk::begin() {
 bool RandomWalk::compute_motions(const NaturalCoordinates& position, MatrixX& motions, double& margin) const {
   const MatrixX jacobian = constraints_.jacobian(position);
   if (!jacobian.allFinite()) return false;
-  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
+  const numerics::SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   margin = rank_ > 0 ? svd.singularValues()[rank_ - 1] : max_step / step_per_singular_value;
   motions = svd.matrixV().rightCols(model_.unknowns() - rank_);
   return true;
@@ -303,7 +303,7 @@ class LinearDependencies {
     const int count = bodies_ + discs_ + static_cast<int>(mechanism_.coordinates.size());
     std::vector<Eigen::RowVectorXd> rows;
     const auto unit = [&](int k) { return Eigen::RowVectorXd(Eigen::RowVectorXd::Unit(count, k)); };
-    rows.push_back(unit(ground));
+    rows.push_back(unit(model::ground));
     for (const Joint& joint : mechanism_.joints)
       if (joint.type == JointType::prismatic || joint.type == JointType::fixed)
         rows.push_back(unit(joint.second) - unit(joint.first));
@@ -312,9 +312,9 @@ class LinearDependencies {
       if (mechanism_.coordinates[c].kind == CoordinateKind::angle)
         rows.push_back(unit(coordinate(static_cast<int>(c))) - unit(joint.second) + unit(joint.first));
     }
-    const auto sum = [&](const CoordinateCombination& followed) {
+    const auto sum = [&](const model::CoordinateCombination& followed) {
       Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count);
-      for (const CoordinateTerm& term : followed.terms) row += term.ratio * unit(coordinate(term.coordinate));
+      for (const model::CoordinateTerm& term : followed.terms) row += term.ratio * unit(coordinate(term.coordinate));
       return row;
     };
     for (const Coupling& coupling : mechanism_.couplings)
@@ -382,7 +382,7 @@ class VelocityRelationBuilder {
   }
 
   void add(const RowC& row) {
-    if (max_abs(row) > 1e-12) rows_.push_back(row);
+    if (numerics::max_abs(row) > 1e-12) rows_.push_back(row);
   }
 
   void add_extra_point_relations(std::size_t b) {
@@ -473,4 +473,4 @@ Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const NaturalMod
   return VelocityRelationBuilder(mechanism, model).run();
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

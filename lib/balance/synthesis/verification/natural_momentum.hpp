@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 /// C_P: sum over the bodies at P of the columns of their mass matrices, as a complex number for [Re −Im; Im Re].
 /// Source: P3 eq. 37–46 as corrected.
@@ -38,4 +38,4 @@ ForceConditions force_conditions(const Mechanism& mechanism, const InitialCoordi
 /// follow from bodies with more than two points, directions that stay together and slides that move together.
 Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const NaturalModel& model);
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 namespace {
 
@@ -29,21 +29,21 @@ class NaturalTrajectoryCompiler {
     return false;
   }
 
-  NaturalKinematicEquations equations(const DriveQuantities& quantities) const {
+  NaturalKinematicEquations equations(const trajectory::DriveQuantities& quantities) const {
     return {model_, make_drive_rows(mechanism_, model_, quantities)};
   }
 
-  static VectorX values(const DriveQuantities& quantities, const PoseTarget& pose) {
-    DriveValue zero;
+  static VectorX values(const trajectory::DriveQuantities& quantities, const trajectory::PoseTarget& pose) {
+    trajectory::DriveValue zero;
     zero.value.setZero(quantities.value_count());
     return read_pose_values(quantities, pose, zero).value;
   }
 
   /// Moves the caller's start to meet the constraints and the values stated in `from`. A table has its own start.
   bool solve_start_pose() {
-    const bool is_table = std::holds_alternative<TablePath>(trajectory_.path);
-    const PoseTarget from = is_table ? PoseTarget{} : trajectory_.from;
-    const DriveQuantities quantities = list_pose_quantities(mechanism_, from);
+    const bool is_table = std::holds_alternative<trajectory::TablePath>(trajectory_.path);
+    const trajectory::PoseTarget from = is_table ? trajectory::PoseTarget{} : trajectory_.from;
+    const trajectory::DriveQuantities quantities = list_pose_quantities(mechanism_, from);
     plan_.start = model_.start;
     if (!equations(quantities).solve_least_norm(plan_.start, values(quantities, from)))
       return fail(MotionStatus::not_assembled, "the mechanism cannot be assembled near the given start");
@@ -57,8 +57,8 @@ class NaturalTrajectoryCompiler {
     return true;
   }
 
-  DriveValue measure_drive(const NaturalCoordinates& position) const {
-    DriveValue value;
+  trajectory::DriveValue measure_drive(const NaturalCoordinates& position) const {
+    trajectory::DriveValue value;
     value.value = equations(plan_.quantities).measure(position);
     return value;
   }
@@ -75,12 +75,12 @@ class NaturalTrajectoryCompiler {
 
   /// `to` is stated in other quantities than the drive's: moves there straight in these, and measures the drive's.
   bool track_to_end_pose() {
-    const DriveQuantities quantities = list_pose_quantities(mechanism_, trajectory_.to);
-    PrescribedMotion::Request request;
+    const trajectory::DriveQuantities quantities = list_pose_quantities(mechanism_, trajectory_.to);
+    trajectory::PrescribedMotion::Request request;
     request.law.kind = MotionLawKind::uniform;
     request.from.value = equations(quantities).measure(plan_.start);
     request.to.value = values(quantities, trajectory_.to);
-    const PrescribedMotion schedule(request);
+    const trajectory::PrescribedMotion schedule(request);
     NaturalStepper stepper(model_, make_drive_rows(mechanism_, model_, quantities), schedule, plan_.freedoms);
     constexpr int end_pose_steps = 32;
     bool is_reached = quantities.value_count() == plan_.freedoms && stepper.begin(plan_.start);
@@ -95,7 +95,8 @@ class NaturalTrajectoryCompiler {
   }
 
   bool compile_prescribed_motion() {
-    PrescribedMotion::Request request = make_prescribed_motion_request(trajectory_, plan_.quantities, from_, to_);
+    trajectory::PrescribedMotion::Request request =
+        make_prescribed_motion_request(trajectory_, plan_.quantities, from_, to_);
     request.switch_times = payload_switch_times(mechanism_);
     plan_.prescribed_motion.emplace(request);
     return true;
@@ -105,7 +106,7 @@ class NaturalTrajectoryCompiler {
   const NaturalModel& model_;
   const Trajectory& trajectory_;
   NaturalCompiledTrajectory plan_;
-  DriveValue from_, to_;
+  trajectory::DriveValue from_, to_;
 };
 
 }  // namespace
@@ -154,7 +155,7 @@ bool NaturalMotionSource::evaluate() {
     sample_ = evaluator_->last();
     return true;
   }
-  outcome_ = make_actuation_singularity_outcome(time(), "");
+  outcome_ = trajectory::make_actuation_singularity_outcome(time(), "");
   return false;
 }
 
@@ -163,4 +164,4 @@ double NaturalMotionSource::point_speed(BodyId body, const Vector3& point) const
   return model_.length() * std::abs(form.rate(stepper_->state().velocity));
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

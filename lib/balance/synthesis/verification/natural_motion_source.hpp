@@ -15,18 +15,18 @@
 #include <string>
 #include <vector>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 /// A trajectory in a form that natural coordinates can follow.
 struct NaturalCompiledTrajectory {
   MotionOutcome outcome;  ///< done if it can be followed
   int freedoms = 0;       ///< by rank
-  DriveQuantities quantities;
+  trajectory::DriveQuantities quantities;
   NaturalCoordinates start;  ///< at time 0
-  std::optional<PrescribedMotion> prescribed_motion;
+  std::optional<trajectory::PrescribedMotion> prescribed_motion;
 };
 
-class NaturalMotionSource final : public MotionSource {
+class NaturalMotionSource final : public trajectory::MotionSource {
  public:
   /// @param start a configuration near the trajectory's start; only its assembly mode and whole turns matter
   /// @throws std::invalid_argument if the mechanism is spatial, the start has the wrong size, or trajectory and
@@ -34,10 +34,10 @@ class NaturalMotionSource final : public MotionSource {
   NaturalMotionSource(const Mechanism& mechanism, const Trajectory& trajectory, const InitialCoordinates& start);
 
   const MotionOutcome& outcome() const override { return outcome_; }
-  const PrescribedMotion& prescribed_motion() const override { return plan_.prescribed_motion.value(); }
+  const trajectory::PrescribedMotion& prescribed_motion() const override { return plan_.prescribed_motion.value(); }
   bool begin() override;
   bool advance(double time) override { return check(stepper_->advance(time)); }
-  void update_accelerations(Side side) override { stepper_->accelerate(side); }
+  void update_accelerations(trajectory::Side side) override { stepper_->accelerate(side); }
   bool update_payloads() override;
   double time() const override { return stepper_->time(); }
   bool evaluate() override;
@@ -59,7 +59,7 @@ class NaturalMotionSource final : public MotionSource {
   NaturalModel model_;
   NaturalCompiledTrajectory plan_;
   Vector3 about_;
-  std::optional<PayloadIntervals> intervals_;
+  std::optional<model::PayloadIntervals> intervals_;
   int interval_ = -1;  ///< whose payloads were applied last; −1: none yet
   std::optional<NaturalStepper> stepper_;
   std::optional<NaturalSampleEvaluator> evaluator_;
@@ -67,4 +67,4 @@ class NaturalMotionSource final : public MotionSource {
   MotionOutcome outcome_;
 };
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

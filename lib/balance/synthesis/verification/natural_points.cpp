@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 void NaturalCoordinates::add(double factor, const VectorX& unknowns) {
   const auto moving = (unknowns.size() - static_cast<Eigen::Index>(scalars.size())) / 2;
@@ -187,7 +187,7 @@ class BasicPointBuilder {
     basic_.length = characteristic_length(mechanism);
     basic_.bodies.resize(mechanism.bodies.size());
     for (int k = 0; k < count(); ++k)
-      if (joint_point(k).body == ground) fixed_[group(k)] = true;
+      if (joint_point(k).body == model::ground) fixed_[group(k)] = true;
   }
 
   BasicPoints choose() {
@@ -195,7 +195,7 @@ class BasicPointBuilder {
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) add_auxiliary(b);
     for (int k = 0; k < count(); ++k) number_fixed(k);
     for (int k = 0; k < count(); ++k)
-      if (joint_point(k).body != ground)
+      if (joint_point(k).body != model::ground)
         basic_.bodies[static_cast<std::size_t>(joint_point(k).body)].points.push_back(
             {index_[group(k)], joint_point(k).position});
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) choose_base(basic_.bodies[b]);
@@ -212,7 +212,7 @@ class BasicPointBuilder {
   }
 
   std::string label(int k) const {
-    for (const NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(joint_point(k).body)].points)
+    for (const model::NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(joint_point(k).body)].points)
       if (std::abs(to_complex(named.position, basic_.length) - joint_point(k).position) <= point_tolerance)
         return name(joint_point(k).body, named.name);
     return name(joint_point(k).body, "origin");
@@ -241,7 +241,7 @@ class BasicPointBuilder {
 
   /// The position of a fixed point is that on the ground.
   void number_fixed(int k) {
-    if (joint_point(k).body != ground || index_[group(k)] >= 0) return;
+    if (joint_point(k).body != model::ground || index_[group(k)] >= 0) return;
     index_[group(k)] = basic_.count();
     basic_.names.push_back(label(k));
     basic_.fixed.push_back(joint_point(k).position);
@@ -258,4 +258,4 @@ class BasicPointBuilder {
 
 BasicPoints choose_basic_points(const Mechanism& mechanism) { return BasicPointBuilder(mechanism).choose(); }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

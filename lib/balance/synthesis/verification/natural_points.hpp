@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 using Complex = std::complex<double>;
 
@@ -111,4 +111,4 @@ BasicPoints choose_basic_points(const Mechanism& mechanism);
 /// A vector of the model in the plane, in units of length.
 inline Complex to_complex(const Vector3& v, double length) { return Complex(v.x(), v.y()) / length; }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

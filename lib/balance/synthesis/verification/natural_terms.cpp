@@ -7,7 +7,7 @@
 #include <charconv>
 #include <stdexcept>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 namespace {
 
@@ -133,4 +133,4 @@ NaturalTerms compute_natural_terms(const Mechanism& mechanism, const VectorX& co
   return result;
 }
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::natural {
+namespace balance::verification::natural {
 
 /// C_P of P3 eq. 37: the 2×2 matrix [re −im; im re] [kg].
 struct PointMatrix {
@@ -35,4 +35,4 @@ struct NaturalTerms {
 /// @throws std::invalid_argument if the mechanism is spatial or the number of values is not that of the coordinates
 NaturalTerms compute_natural_terms(const Mechanism& mechanism, const VectorX& coordinates);
 
-}  // namespace balance::natural
+}  // namespace balance::verification::natural

@@ -8,11 +8,12 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace balance {
+namespace balance::verification {
 
 NaturalStart find_natural_start(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const CompiledMotion<Planar> motion(mechanism, trajectory);
-  TreeMotionSource<Planar> source(mechanism, motion, trajectory.about, Detail::kinematics);
+  const kinematics::CompiledMotion<kinematics::Planar> motion(mechanism, trajectory);
+  dynamics::TreeMotionSource<kinematics::Planar> source(mechanism, motion, trajectory.about,
+                                                        dynamics::Detail::kinematics);
   if (source.outcome().status != MotionStatus::done) return {source.outcome(), {}};
   if (const std::string& mismatch = source.evaluator().actuation().mismatch(); !mismatch.empty())
     return {{MotionStatus::mismatch, 0, mismatch, {}}, {}};
@@ -23,9 +24,9 @@ NaturalStart find_natural_start(const Mechanism& mechanism, const Trajectory& tr
 }
 
 NaturalStart find_natural_start(const Mechanism& mechanism) {
-  const Tree<Planar> tree = compile_tree<Planar>(mechanism, {});
-  ConstraintSystem<Planar> closures(tree, Drive<Planar>{});
-  const AssemblySolution assembly = solve_pose(mechanism, tree, closures, {});
+  const kinematics::Tree<kinematics::Planar> tree = kinematics::compile_tree<kinematics::Planar>(mechanism, {});
+  kinematics::ConstraintSystem<kinematics::Planar> closures(tree, kinematics::Drive<kinematics::Planar>{});
+  const kinematics::AssemblySolution assembly = kinematics::solve_pose(mechanism, tree, closures, {});
   NaturalStart result;
   if (!assembly.found) {
     result.outcome = {MotionStatus::not_assembled, 0, "the loops cannot be closed", {}};
@@ -34,7 +35,7 @@ NaturalStart find_natural_start(const Mechanism& mechanism) {
   result.outcome.status = MotionStatus::done;
   result.start.coordinates = compute_coordinates(mechanism, tree, assembly.y);
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const LinearQuantity& expression = tree.coordinate_expressions[c];
+    const kinematics::LinearQuantity& expression = tree.coordinate_expressions[c];
     if (expression.has_terms())  // with its whole turns
       result.start.coordinates[c] = expression.value(assembly.y.data());
   }
@@ -43,11 +44,11 @@ NaturalStart find_natural_start(const Mechanism& mechanism) {
 
 namespace {
 
-class NaturalRun : public RunRecorder {
+class NaturalRun : public simulation::RunRecorder {
  public:
   NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::InitialCoordinates& start,
-             const Progress& progress)
-      : RunRecorder(mechanism, trajectory, progress), source_(mechanism, trajectory, start) {}
+             const simulation::Progress& progress)
+      : simulation::RunRecorder(mechanism, trajectory, progress), source_(mechanism, trajectory, start) {}
 
   RunResult run() { return record(source_, {.reactions = false}, 1 << 8); }
 
@@ -68,12 +69,13 @@ class NaturalRun : public RunRecorder {
 
 }  // namespace
 
-RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
+RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory,
+                           const simulation::Progress& progress) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (has_velocity_constraints(mechanism))
     throw std::invalid_argument("natural coordinates do not support constraints on speeds");
-  return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
+  return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
     const NaturalStart start = find_natural_start(mechanism, resolved);
     if (start.outcome.status == MotionStatus::done) return NaturalRun(mechanism, resolved, start.start, progress).run();
     RunResult result;
@@ -82,4 +84,4 @@ RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& traject
   });
 }
 
-}  // namespace balance
+}  // namespace balance::verification

@@ -6,7 +6,7 @@
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/verification/natural_model.hpp"
 
-namespace balance {
+namespace balance::verification {
 
 /// A start configuration for the second formulation.
 struct NaturalStart {
@@ -25,6 +25,7 @@ NaturalStart find_natural_start(const Mechanism& mechanism);
 /// Moves a planar mechanism along the trajectory in natural coordinates. RunResult lacks joint_force, joint_moment,
 /// mobility.
 /// @throws std::invalid_argument as simulate, and if the mechanism is spatial
-RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
+RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory,
+                           const simulation::Progress& progress = {});
 
-}  // namespace balance
+}  // namespace balance::verification
