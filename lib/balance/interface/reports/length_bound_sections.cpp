@@ -32,6 +32,7 @@ std::string length_coverage_text(const certificate::LengthBound& bound) {
     text += " with which " + join_with_conjunction(bound.trajectories, "and") + " can be followed";
   if (has_general && !special.empty()) text += ", " + join_with_conjunction(special, "and") + " included";
   if (!bound.uncovered.empty()) text += "; it does not cover " + join_with_conjunction(bound.uncovered, "and");
+  for (const std::string& remark : bound.remarks) text += "; " + remark;
   return text;
 }
 
@@ -44,6 +45,7 @@ Json length_bound_json(const std::optional<certificate::LengthBound>& bound) {
   return {{"reason", ""},
           {"lower_bound", bound->lower_bound},
           {"best", bound->best},
+          {"unit", bound->unit},
           {"relative_gap", relative_gap(*bound)},
           {"count", bound->count < 0 ? Json(nullptr) : Json(bound->count)},
           {"impossible", bound->is_impossible()},
@@ -68,8 +70,8 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
   }
   const hdf5::Hdf5Writer::Dimension time =
       file.add_dimension(group, {"seconds", "computing time of the bound", "s", {}, {}}, seconds);
-  file.add_variable(group, {"lower_bound", "no design is lighter", "kg", {time}, {}}, std::span<const double>(lower));
-  file.add_variable(group, {"best", "lightest design so far", "kg", {time}, {}}, std::span<const double>(best));
+  file.add_variable(group, {"lower_bound", "no design has less", bound.unit, {time}, {}}, std::span<const double>(lower));
+  file.add_variable(group, {"best", "best design so far", bound.unit, {time}, {}}, std::span<const double>(best));
   const double gap = relative_gap(bound), boxes = static_cast<double>(bound.nodes);
   file.add_variable(group, {"relative_gap", "best minus lower bound, relative to best", "1", {}, {}},
                     std::span(&gap, 1));

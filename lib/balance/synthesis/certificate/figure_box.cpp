@@ -19,14 +19,16 @@ constexpr double figure_round_off = 1e-9;
 constexpr double negligible_weight = 1e-10;
 /// The corners of a box in t = (length − middle) / half width, with its rounding.
 constexpr double corner_margin = 1e-12;
+/// Relative: a narrower box is a point.
+constexpr double min_radius = 1e-13;
 
 /// Weights that are affine on the box: constant + Σ slope_k t_k, t from −1 to 1.
 struct AffineWeights {
   VectorX constant;
   std::vector<VectorX> slopes;
 
-  /// Least squares over the corners that are known.
-  void fit(const std::vector<const VectorX*>& corners, std::size_t lengths) {
+  /// Least squares over the corners that are known; without slopes their mean.
+  void fit(const std::vector<const VectorX*>& corners, std::size_t lengths, bool has_slopes) {
     double count = 0;
     for (const VectorX* corner : corners)
       if (corner) {
@@ -36,7 +38,7 @@ struct AffineWeights {
       }
     constant /= count;
     slopes.assign(lengths, VectorX::Zero(constant.size()));
-    if (count < static_cast<double>(corners.size())) return;
+    if (!has_slopes || count < static_cast<double>(corners.size())) return;
     for (std::size_t c = 0; c < corners.size(); ++c)
       for (std::size_t k = 0; k < lengths; ++k) slopes[k] += (c >> k & 1U ? 1 : -1) * *corners[c] / count;
   }
@@ -150,7 +152,10 @@ class FigureBox {
             const std::vector<const FigureDual*>& corners, const VectorX& time_weights)
       : space_(space), problem_(problem), box_(box), motion_(middle), time_weights_(time_weights) {
     result_.losses.setZero(static_cast<Eigen::Index>(problem.lengths.size()));
-    fit_weights(corners);
+    fit_weights(corners, true);
+    // weights of peaks jump from one set of moments to another, and no affine function follows them there
+    if (std::any_of(problem.figures.begin(), problem.figures.end(), [](const ForceFigure& f) { return f.is_peak; }))
+      fit_weights(corners, false);
   }
 
   FigureBoxBound bound() {
@@ -164,31 +169,28 @@ class FigureBox {
     const BoxLinkages at_middle{point.linkage, point.linkage, slope.linkage, slope.linkage, none, 1};
     const BoxLinkages on_box{point.linkage, values.linkage, slopes.linkage, curvatures.linkage, steps_, 2};
     MotionEnclosure middle(at_middle, problem_.drive), box(on_box, problem_.drive);
-    ForceFunctional of_middle(problem_, slope), of_box(problem_, curvatures);
+    std::vector<ForceFunctional> of_middle(candidates_.size(), ForceFunctional(problem_, slope)),
+        of_box(candidates_.size(), ForceFunctional(problem_, curvatures));
     const std::vector<IntervalJet> t_middle = box_coordinates(1), t_box = box_coordinates(2);
     for (std::size_t s = 0; s < static_cast<std::size_t>(time_weights_.size()); ++s) {
       if (!has_weight(s)) continue;
-      if (s < motion_.points.size() && middle.enclose(motion_.points[s]) && box.enclose(motion_.points[s])) {
-        try {
-          // both or neither
-          ForceFunctional next_middle = of_middle, next_box = of_box;
-          next_middle.add(middle, weights_at(s, t_middle));
-          next_box.add(box, weights_at(s, t_box));
-          of_middle = std::move(next_middle);
-          of_box = std::move(next_box);
-          ++result_.enclosed;
-          continue;
-        } catch (const EnclosureError&) {
-        }
-      }
-      drop(s);
+      const bool is_enclosed =
+          s < motion_.points.size() && middle.enclose(motion_.points[s]) && box.enclose(motion_.points[s]);
+      if (is_enclosed) ++result_.enclosed;
+      for (std::size_t c = 0; c < candidates_.size(); ++c)
+        if (!is_enclosed || !add_moment(s, candidates_[c], middle, t_middle, box, t_box, of_middle[c], of_box[c]))
+          drop(s, candidates_[c]);
     }
-    combine(slope, curvatures, of_middle, of_box);
+    for (std::size_t c = 0; c < candidates_.size(); ++c)
+      combine(candidates_[c], slope, curvatures, of_middle[c], of_box[c]);
     return std::move(result_);
   }
 
  private:
-  void fit_weights(const std::vector<const FigureDual*>& corners) {
+  using Weights = std::vector<WeightedForce>;
+
+  void fit_weights(const std::vector<const FigureDual*>& corners, bool has_slopes) {
+    Weights& forces = candidates_.emplace_back();
     const std::size_t actuators = space_.start.mechanism.actuators.size();
     const auto add = [&](const MotionForce& force, double factor, bool is_peak, bool is_vanishing,
                          auto multipliers_of) {
@@ -197,9 +199,9 @@ class FigureBox {
         std::vector<const VectorX*> known;
         for (const FigureDual* corner : corners)
           known.push_back(corner ? &multipliers_of(*corner)[static_cast<std::size_t>(s)] : nullptr);
-        weighted.series.emplace_back().fit(known, problem_.lengths.size());
+        weighted.series.emplace_back().fit(known, problem_.lengths.size(), has_slopes);
       }
-      forces_.push_back(std::move(weighted));
+      forces.push_back(std::move(weighted));
     };
     for (std::size_t f = 0; f < problem_.figures.size(); ++f)
       add(problem_.figures[f].force, problem_.figures[f].weight, problem_.figures[f].is_peak, false,
@@ -207,7 +209,7 @@ class FigureBox {
     for (std::size_t f = 0; f < problem_.vanishing.size(); ++f)
       add(problem_.vanishing[f], 1, false, true,
           [f](const FigureDual& dual) -> const ForceMultipliers& { return dual.vanishing[f]; });
-    for (WeightedForce& force : forces_)
+    for (WeightedForce& force : forces)
       for (AffineWeights& series : force.series) {
         const double threshold = negligible_weight * series.max_size();
         for (Eigen::Index s = 0; s < time_weights_.size(); ++s)
@@ -218,14 +220,31 @@ class FigureBox {
 
   bool has_weight(std::size_t s) const {
     const auto sample = static_cast<Eigen::Index>(s);
-    for (const WeightedForce& force : forces_)
-      for (const AffineWeights& series : force.series)
-        if (!series.is_negligible(sample * force.components, force.components, 0)) return true;
+    for (const Weights& forces : candidates_)
+      for (const WeightedForce& force : forces)
+        for (const AffineWeights& series : force.series)
+          if (!series.is_negligible(sample * force.components, force.components, 0)) return true;
     return false;
   }
 
-  void drop(std::size_t s) {
-    for (WeightedForce& force : forces_)
+  /// Adds a moment of the motion to the functionals of the middle and of the box, or to neither.
+  bool add_moment(std::size_t s, const Weights& forces, MotionEnclosure& middle,
+                  const std::vector<IntervalJet>& t_middle, MotionEnclosure& box, const std::vector<IntervalJet>& t_box,
+                  ForceFunctional& of_middle, ForceFunctional& of_box) const {
+    try {
+      ForceFunctional next_middle = of_middle, next_box = of_box;
+      next_middle.add(middle, weights_at(s, forces, t_middle));
+      next_box.add(box, weights_at(s, forces, t_box));
+      of_middle = std::move(next_middle);
+      of_box = std::move(next_box);
+      return true;
+    } catch (const EnclosureError&) {
+      return false;
+    }
+  }
+
+  static void drop(std::size_t s, Weights& forces) {
+    for (WeightedForce& force : forces)
       for (AffineWeights& series : force.series)
         series.clear(static_cast<Eigen::Index>(s) * force.components, force.components);
   }
@@ -248,19 +267,21 @@ class FigureBox {
     std::vector<IntervalJet> t;
     const auto count = static_cast<int>(problem_.lengths.size());
     for (int k = 0; k < count; ++k) {
-      IntervalJet length =
-          IntervalJet::variable(order == 1 ? Interval() : steps_[static_cast<std::size_t>(k)], k, count, order);
-      t.push_back(radii_[k] > 0 ? length * inverse(Interval(radii_[k])) : IntervalJet(0.0));
+      const Interval step = order == 1 ? Interval() : steps_[static_cast<std::size_t>(k)];
+      // on a point the weights are constant
+      t.push_back(radii_[k] > min_radius * numerics::max_abs(box_.upper)
+                      ? IntervalJet::variable(step, k, count, order) * inverse(Interval(radii_[k]))
+                      : IntervalJet(0.0));
     }
     return t;
   }
 
-  ForceWeights weights_at(std::size_t s, const std::vector<IntervalJet>& t) const {
+  ForceWeights weights_at(std::size_t s, const Weights& forces, const std::vector<IntervalJet>& t) const {
     using Kind = MotionForce::Kind;
     ForceWeights weights;
     const std::size_t actuators = space_.start.mechanism.actuators.size();
     const auto sample = static_cast<Eigen::Index>(s);
-    for (const WeightedForce& force : forces_) {
+    for (const WeightedForce& force : forces) {
       const double scale = force.factor * (force.is_peak ? 1 : std::sqrt(time_weights_[sample]));
       const auto weight = [&](std::size_t series, Eigen::Index component) {
         return scale * force.series[series].evaluate(sample * force.components + component, t);
@@ -315,10 +336,10 @@ class FigureBox {
     return largest * (1 + corner_margin);
   }
 
-  void combine(const LoadedLinkage& point, const LoadedLinkage& box, const ForceFunctional& of_middle,
-               const ForceFunctional& of_box) {
+  void combine(const Weights& forces, const LoadedLinkage& point, const LoadedLinkage& box,
+               const ForceFunctional& of_middle, const ForceFunctional& of_box) {
     double norm = 0;
-    for (const WeightedForce& force : forces_)
+    for (const WeightedForce& force : forces)
       if (!force.is_vanishing) norm = std::max(norm, weight_norm(force));
     if (!(norm > 0)) return;
     const auto form = [&](const IntervalJet& a, const IntervalJet& b) { return TaylorForm(a, b, radii_); };
@@ -327,10 +348,13 @@ class FigureBox {
     for (std::size_t e = 0; e < problem_.elements.size(); ++e)
       elements.push_back(make_element(e, point.elements[e], box.elements[e], of_middle, of_box));
     double least = std::numeric_limits<double>::infinity();
+    VectorX losses = result_.losses;
     for (std::size_t corner = 0; corner < std::size_t(1) << problem_.lengths.size(); ++corner)
-      least = std::min(least, minimise_at(corner, fixed, elements, norm, least));
-    const double bound = least / norm;
-    result_.bound = bound - figure_round_off * std::abs(bound);
+      least = std::min(least, minimise_at(corner, fixed, elements, norm, least, losses));
+    const double bound = least / norm - figure_round_off * std::abs(least / norm);
+    if (!(bound > result_.bound)) return;
+    result_.bound = bound;
+    result_.losses = losses;
   }
 
   ElementForms make_element(std::size_t e, const ElementEnclosure& point, const ElementEnclosure& box,
@@ -358,7 +382,7 @@ class FigureBox {
   /// The least value over the masses, the lengths being at a corner of the box for the linear parts: it is a concave
   /// function of them, so that it is least at a corner.
   double minimise_at(std::size_t corner, const TaylorForm& fixed, const std::vector<ElementForms>& elements,
-                     double norm, double best) {
+                     double norm, double best, VectorX& losses_at_best) const {
     const double first = fixed.at_corner(corner, radii_).lower;
     double sum = first, magnitude = std::abs(first);
     VectorX losses = fixed.losses;
@@ -435,7 +459,7 @@ class FigureBox {
             note(*elements[e].square, masses[e] * places[e][k] * places[e][k]);
           }
       }
-      result_.losses = (losses + slope.cwiseAbs().cwiseProduct(radii_)) / norm;
+      losses_at_best = (losses + slope.cwiseAbs().cwiseProduct(radii_)) / norm;
     }
     return std::isnan(sum) ? -std::numeric_limits<double>::infinity() : sum;
   }
@@ -448,7 +472,7 @@ class FigureBox {
   LengthBox middle_;
   std::vector<Interval> steps_;
   VectorX radii_;
-  std::vector<WeightedForce> forces_;
+  std::vector<Weights> candidates_;
   FigureBoxBound result_;
 };
 
@@ -457,7 +481,7 @@ class FigureBox {
 SampledMotion sample_planar_motion(const DesignSpace& space, const FigureProblem& problem, const VectorX& x) {
   SampledMotion result;
   const study::DesignInstance instance = space.instantiate(x);
-  if (!instance.mode_issue.empty()) return result;
+  if (!instance.mode_issue.empty() || instance.is_other_mode) return result;
   const Trajectory& trajectory = instance.trajectories[static_cast<std::size_t>(problem.trajectory)];
   try {
     const kinematics::CompiledMotion<kinematics::Planar> motion(instance.mechanism, trajectory);

@@ -82,6 +82,8 @@ class FigureProblemReader {
     try {
       const kinematics::CompiledMotion<kinematics::Planar> compiled(space_.start.mechanism, motion);
       if (compiled.plan.outcome.status != MotionStatus::done) return "the start values cannot follow the motion";
+      if (compiled.tree.closure_rows > 0 && !(request_.keeps_assembly_mode && space_.assembly_mode))
+        return "designs may be in any assembly mode";
       if (compiled.plan.has_redundant_closures) return "its loops are over-constrained";
       if (has_torque() && static_cast<int>(space_.start.mechanism.actuators.size()) != compiled.plan.freedoms)
         return "there are not as many actuators as degrees of freedom";

@@ -60,6 +60,7 @@ struct FigureProblem {
 struct FigureRequest {
   std::vector<ForceFigure> figures;
   int trajectory = 0;
+  bool keeps_assembly_mode = true;  ///< designs must be in the mode of the start values
 };
 
 FigureProblem read_figure_problem(const DesignSpace& space, const FigureRequest& request);

@@ -1,6 +1,7 @@
 #include "balance/synthesis/design/figure_request.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/trajectory_cost.hpp"
 
@@ -52,7 +53,7 @@ class TrajectoryRowModel : public certificate::ForceRowModel {
 
   std::optional<ForceRows> evaluate(const VectorX& x) const override {
     const study::DesignInstance instance = space_.instantiate(x);
-    if (!instance.mode_issue.empty()) return {};
+    if (!instance.mode_issue.empty() || instance.is_other_mode) return {};
     ForceRows result;
     try {
       Trajectory trajectory = instance.trajectories[trajectory_];
@@ -82,6 +83,7 @@ class TrajectoryRowModel : public certificate::ForceRowModel {
 certificate::FigureRequest read_figure_request(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
                                                std::string& reason) {
   certificate::FigureRequest request;
+  request.keeps_assembly_mode = keeps_assembly_mode(space.start.design, terms);
   for (const ObjectiveTerm& term : terms) {
     if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure) {
       reason = "the objective is not a figure of forces";
