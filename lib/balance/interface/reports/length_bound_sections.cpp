@@ -70,7 +70,8 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
   }
   const hdf5::Hdf5Writer::Dimension time =
       file.add_dimension(group, {"seconds", "computing time of the bound", "s", {}, {}}, seconds);
-  file.add_variable(group, {"lower_bound", "no design has less", bound.unit, {time}, {}}, std::span<const double>(lower));
+  file.add_variable(group, {"lower_bound", "no design has less", bound.unit, {time}, {}},
+                    std::span<const double>(lower));
   file.add_variable(group, {"best", "best design so far", bound.unit, {time}, {}}, std::span<const double>(best));
   const double gap = relative_gap(bound), boxes = static_cast<double>(bound.nodes);
   file.add_variable(group, {"relative_gap", "best minus lower bound, relative to best", "1", {}, {}},
