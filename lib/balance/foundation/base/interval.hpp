@@ -27,19 +27,22 @@ class EnclosureError : public std::domain_error {
 
 inline constexpr double max_interval_magnitude = 1e150;
 
+[[noreturn, gnu::noinline, gnu::cold]] inline void throw_unbounded() {
+  throw EnclosureError("an interval is not bounded");
+}
+
 inline double outward_margin(double x) { return std::abs(x) * 0x1p-51 + 1e-300; }
 
 /// lower ≤ x ≤ upper.
 struct Interval {
-  double lower = 0, upper = 0;
+  double lower, upper;
 
-  Interval() = default;
+  Interval() : lower(0), upper(0) {}
   Interval(double value) : lower(value), upper(value) {}  // NOLINT(google-explicit-constructor): numbers are intervals
   Interval(double low, double high) : lower(low), upper(high) {}
   /// Bounds that were computed, widened by the error of their last operation.
-  static Interval widened(double low, double high) {
-    if (!(low > -max_interval_magnitude && high < max_interval_magnitude))
-      throw EnclosureError("an interval is not bounded");
+  [[gnu::always_inline]] static Interval widened(double low, double high) {
+    if (!(low > -max_interval_magnitude && high < max_interval_magnitude)) throw_unbounded();
     return {low - outward_margin(low), high + outward_margin(high)};
   }
 

@@ -15,8 +15,8 @@ class IntervalJet {
  public:
   static constexpr int max_variables = 4;
 
-  IntervalJet() = default;
-  IntervalJet(double constant) : value(constant) {}           // NOLINT(google-explicit-constructor)
+  IntervalJet() {}                                   // NOLINT(modernize-use-equals-default): derivatives are left open
+  IntervalJet(double constant) : value(constant) {}  // NOLINT(google-explicit-constructor)
   IntervalJet(const Interval& constant) : value(constant) {}  // NOLINT(google-explicit-constructor)
   /// Number k of `variables`, in x.
   static IntervalJet variable(const Interval& x, int k, int variables, int order) {
@@ -172,8 +172,13 @@ class IntervalJet {
   }
 
   int variables_ = 0, order_ = 0;
-  std::array<Interval, max_variables> gradient_;
-  std::array<Interval, max_variables*(max_variables + 1) / 2> hessian_;  ///< columns of the upper triangle
+  // Unions are not initialised: most jets have few derivatives, and need not set the others.
+  union {
+    std::array<Interval, max_variables> gradient_;
+  };
+  union {
+    std::array<Interval, max_variables*(max_variables + 1) / 2> hessian_;  ///< columns of the upper triangle
+  };
 };
 
 }  // namespace balance
