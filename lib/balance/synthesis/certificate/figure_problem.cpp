@@ -60,6 +60,9 @@ class FigureProblemReader {
   std::string find_obstacle() {
     const Mechanism& mechanism = space_.start.mechanism;
     if (mechanism.space != SpaceKind::planar) return "only planar linkages are bounded";
+    const auto has_sizes = [](const FreeNumber& number) { return !number.discrete_values.empty(); };
+    if (std::all_of(space_.start.free_numbers.begin(), space_.start.free_numbers.end(), has_sizes))
+      return "all free numbers have sizes, of which every combination can be tried";
     if (!result_.lower.allFinite() || !result_.upper.allFinite()) return "a free number has no bounds";
     if (has_velocity_constraints(mechanism)) return "something rolls, or speeds are constrained";
     if (!space_.start.design.cardinality.empty()) return "elements may be left out";

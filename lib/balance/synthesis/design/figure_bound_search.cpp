@@ -39,8 +39,8 @@ class FigureBoundedSearch {
     const double before = elapsed();
     DesignOutcome outcome = search(problem_, search_time_fraction * remaining());
     const double searched = elapsed() - before;
-    if (is_interrupted_) return outcome;
     note(outcome);
+    if (is_interrupted_ || outcome.optimality == Optimality::proved_global) return outcome;
     raise_bound(std::min(remaining(), std::max(min_second_seconds, searched)));
     improve(outcome, searched);
     return outcome;
