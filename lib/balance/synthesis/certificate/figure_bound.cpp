@@ -13,13 +13,13 @@
 namespace balance::certificate {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 /// Relative to the free interval: narrower boxes are not divided.
-constexpr double min_relative_width = 1e-6;
+constexpr double min_divided_width = 1e-6;
 /// Relative: changes of the bound that are kept for the progress.
-constexpr double progress_step = 1e-4;
+constexpr double figure_progress_step = 1e-4;
 /// Relative: at fixed lengths the bound is the least objective, which is computed independently.
-constexpr double agreement_tolerance = 1e-4;
+constexpr double point_agreement_tolerance = 1e-4;
 
 struct FigureNode {
   LengthBox box;
@@ -27,7 +27,7 @@ struct FigureNode {
   VectorX losses;
 };
 
-struct HasHigherBound {
+struct HasHigherFigureBound {
   bool operator()(const FigureNode& a, const FigureNode& b) const { return a.bound > b.bound; }
 };
 
@@ -94,7 +94,7 @@ class FigureBoundSearch::Tree {
     if (!result_.reason.empty()) return;
     const LengthBoundProgress known{elapsed(), std::min(lower_bound(), result_.best), result_.best};
     if (result_.progress.empty() || known.best != result_.progress.back().best ||
-        known.lower_bound - result_.progress.back().lower_bound > progress_step * std::abs(known.lower_bound))
+        known.lower_bound - result_.progress.back().lower_bound > figure_progress_step * std::abs(known.lower_bound))
       result_.progress.push_back(known);
   }
 
@@ -144,7 +144,7 @@ class FigureBoundSearch::Tree {
     const FigureBoxBound box = bound_figures(space_, problem_, point, motion, corners, time_weights_);
     if (box.enclosed == 0) return "its closures could not be enclosed at the start values";
     const double scale = std::max(std::abs(dual->value), 1e-9);
-    if (dual->value > 1e-9 && std::abs(box.bound - dual->value) > agreement_tolerance * scale)
+    if (dual->value > 1e-9 && std::abs(box.bound - dual->value) > point_agreement_tolerance * scale)
       return "the forces that it encloses are not those of the motion";
     return {};
   }
@@ -187,9 +187,9 @@ class FigureBoundSearch::Tree {
     const bool has_losses = numerics::max_abs(node.losses) > 0;
     for (std::size_t k = 0; k < problem_.lengths.size(); ++k) {
       const double width = relative_width(node, k);
-      const double score = width <= min_relative_width ? -1
-                           : has_losses                ? node.losses[static_cast<Eigen::Index>(k)]
-                                                       : width;
+      const double score = width <= min_divided_width ? -1
+                           : has_losses               ? node.losses[static_cast<Eigen::Index>(k)]
+                                                      : width;
       if (score > most) most = score, chosen = k;
     }
     if (most < 0) {  // too narrow
@@ -212,10 +212,10 @@ class FigureBoundSearch::Tree {
   double start_time_;
   LengthBound result_;
   VectorX time_weights_, promising_;
-  double promised_value_ = infinity;
+  double promised_value_ = unbounded;
   std::map<std::vector<double>, std::optional<FigureDual>> duals_;  ///< by lengths
-  std::priority_queue<FigureNode, std::vector<FigureNode>, HasHigherBound> open_;
-  double closed_bound_ = infinity;
+  std::priority_queue<FigureNode, std::vector<FigureNode>, HasHigherFigureBound> open_;
+  double closed_bound_ = unbounded;
 };
 
 FigureBoundSearch::FigureBoundSearch(const DesignSpace& space, const FigureProblem& problem, const ForceRowModel& rows,

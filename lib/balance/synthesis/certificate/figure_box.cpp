@@ -12,7 +12,7 @@ namespace balance::certificate {
 namespace {
 
 /// Relative to the terms of the bound: the rounding of its last sums, which are not intervals.
-constexpr double sum_margin = 1e-13;
+constexpr double figure_sum_margin = 1e-13;
 /// Relative to the bound: figures of the program are computed in floating point, too.
 constexpr double figure_round_off = 1e-9;
 /// Relative to the largest weight: moments with less weight are left out.
@@ -20,7 +20,7 @@ constexpr double negligible_weight = 1e-10;
 /// The corners of a box in t = (length − middle) / half width, with its rounding.
 constexpr double corner_margin = 1e-12;
 /// Relative: a narrower box is a point.
-constexpr double min_radius = 1e-13;
+constexpr double min_relative_radius = 1e-13;
 
 /// Weights that are affine on the box: constant + Σ slope_k t_k, t from −1 to 1.
 struct AffineWeights {
@@ -269,7 +269,7 @@ class FigureBox {
     for (int k = 0; k < count; ++k) {
       const Interval step = order == 1 ? Interval() : steps_[static_cast<std::size_t>(k)];
       // on a point the weights are constant
-      t.push_back(radii_[k] > min_radius * numerics::max_abs(box_.upper)
+      t.push_back(radii_[k] > min_relative_radius * numerics::max_abs(box_.upper)
                       ? IntervalJet::variable(step, k, count, order) * inverse(Interval(radii_[k]))
                       : IntervalJet(0.0));
     }
@@ -414,7 +414,7 @@ class FigureBox {
         value += term;
         size += std::abs(term);
       }
-      value -= 8 * sum_margin * size;
+      value -= 8 * figure_sum_margin * size;
       if (own.mass_number < 0) {
         sum += value;
         magnitude += std::abs(value);
@@ -449,7 +449,7 @@ class FigureBox {
       magnitude += std::abs(mass * one.value);
       room -= mass;
     }
-    sum -= sum_margin * static_cast<double>(8 + elements.size()) * magnitude;
+    sum -= figure_sum_margin * static_cast<double>(8 + elements.size()) * magnitude;
     if (!(sum >= best)) {
       for (std::size_t e = 0; e < elements.size(); ++e) {
         note(elements[e].base, masses[e]);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Eigen::Index parameters_per_element = 4;
 /// Relative to the largest singular value: combinations of vanishing forces that vanish anyway.
-constexpr double rank_tolerance = 1e-10;
+constexpr double vanishing_rank_tolerance = 1e-10;
 /// Penalty on what should vanish, relative to the figure; its growth while it does not; and what counts as vanished,
 /// relative to the forces of the middle.
 constexpr double first_penalty = 100, penalty_growth = 30, vanishing_tolerance = 1e-7;
@@ -190,7 +190,7 @@ class FigureDualSolver {
     const numerics::SingularValueDecomposition svd(vanishing, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const VectorX& values = svd.singularValues();
     Eigen::Index rank = 0;
-    while (rank < values.size() && values[rank] > rank_tolerance * values[0]) ++rank;
+    while (rank < values.size() && values[rank] > vanishing_rank_tolerance * values[0]) ++rank;
     vanishing_basis_ = svd.matrixU().leftCols(rank);
     reduced_vanishing_ = values.head(rank).asDiagonal() * svd.matrixV().leftCols(rank).transpose();
   }

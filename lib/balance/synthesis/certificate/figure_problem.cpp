@@ -14,7 +14,7 @@
 namespace balance::certificate {
 namespace {
 
-constexpr long max_samples = 20'000;
+constexpr long max_bounded_samples = 20'000;
 
 class FigureProblemReader {
  public:
@@ -80,7 +80,7 @@ class FigureProblemReader {
     if (motion.drive == DriveKind::com) return "the centre of mass is driven";
     if (is_mechanism_dependent(motion)) return "the law of the motion depends on the masses";
     if (!motion.secondary_tasks.empty()) return "the motion has a secondary task";
-    if (motion.samples > max_samples) return "the motion has too many samples";
+    if (motion.samples > max_bounded_samples) return "the motion has too many samples";
     trajectory::DriveQuantities quantities;
     try {
       const kinematics::CompiledMotion<kinematics::Planar> compiled(space_.start.mechanism, motion);

@@ -15,7 +15,7 @@ using kinematics::PathStep;
 
 /// Krawczyk's operator: first radius relative to the first correction, its growth where the test fails, absolute
 /// allowance, and limits [rad or m].
-constexpr double first_radius_factor = 1.2, radius_growth = 1.3, min_radius = 1e-13, max_radius = 0.7;
+constexpr double first_radius_factor = 1.2, radius_growth = 1.3, min_krawczyk_radius = 1e-13, max_krawczyk_radius = 0.7;
 constexpr int max_krawczyk_steps = 8, tightening_steps = 2;
 
 Interval product(const MatrixX& matrix, std::size_t row, const IntervalVector& x) {
@@ -25,7 +25,7 @@ Interval product(const MatrixX& matrix, std::size_t row, const IntervalVector& x
   return sum;
 }
 
-Interval symmetric(double radius) { return {-radius, radius}; }
+Interval symmetric_interval(double radius) { return {-radius, radius}; }
 
 }  // namespace
 
@@ -151,10 +151,10 @@ void MotionEnclosure::enclose_coordinates(const MotionPoint& at) {
   }
   std::vector<double> radius(columns_);
   for (std::size_t c = 0; c < columns_; ++c)
-    radius[c] = first_radius_factor * correction[c].magnitude() + min_radius * (1 + y[c].value.magnitude());
+    radius[c] = first_radius_factor * correction[c].magnitude() + min_krawczyk_radius * (1 + y[c].value.magnitude());
   const std::vector<IntervalJet> start = y;
   IntervalVector image(columns_), column(columns_), deviation(columns_);
-  for (std::size_t c = 0; c < columns_; ++c) deviation[c] = symmetric(radius[c]);
+  for (std::size_t c = 0; c < columns_; ++c) deviation[c] = symmetric_interval(radius[c]);
   bool is_shown = false;
   for (int step = 0, tightened = 0; step < max_krawczyk_steps && tightened < tightening_steps; ++step) {
     for (std::size_t c = 0; c < columns_; ++c) y[c] = start[c].value + deviation[c];
@@ -178,8 +178,8 @@ void MotionEnclosure::enclose_coordinates(const MotionPoint& at) {
         continue;
       }
       radius[c] = std::max(radius[c], radius_growth * image[c].magnitude());
-      if (!(radius[c] < max_radius)) throw EnclosureError("no unique configuration was shown");
-      deviation[c] = symmetric(radius[c]);
+      if (!(radius[c] < max_krawczyk_radius)) throw EnclosureError("no unique configuration was shown");
+      deviation[c] = symmetric_interval(radius[c]);
     }
   }
   if (!is_shown) throw EnclosureError("no unique configuration was shown");

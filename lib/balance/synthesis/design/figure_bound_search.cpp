@@ -18,15 +18,15 @@ using certificate::LengthBound;
 namespace {
 
 /// Part of the time of a design for the bound before the search, and its limit [s].
-constexpr double first_time_fraction = 0.1, max_first_seconds = 0.5;
+constexpr double figure_first_time_fraction = 0.1, figure_max_first_seconds = 0.5;
 /// Part of the remaining time for the search.
-constexpr double search_time_fraction = 0.75;
+constexpr double figure_search_time_fraction = 0.75;
 /// Time that the bound may take after a short search [s]; after a longer one, as long as that took.
-constexpr double min_second_seconds = 1;
+constexpr double figure_min_second_seconds = 1;
 /// Relative: a search from the lengths that the bound found promises at least this improvement.
-constexpr double min_improvement = 1e-5;
+constexpr double figure_min_improvement = 1e-5;
 /// Relative: a design that is better than the bound by more refutes it.
-constexpr double refutation_tolerance = 1e-6;
+constexpr double figure_refutation_tolerance = 1e-6;
 
 class FigureBoundedSearch {
  public:
@@ -35,13 +35,13 @@ class FigureBoundedSearch {
       : figures_(figures), problem_(problem), start_time_(thread_cpu_time()), tree_(space, figures, rows, {}) {}
 
   DesignOutcome solve() {
-    raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
+    raise_bound(std::min(figure_max_first_seconds, figure_first_time_fraction * problem_.search.max_time));
     const double before = elapsed();
-    DesignOutcome outcome = search(problem_, search_time_fraction * remaining());
+    DesignOutcome outcome = search(problem_, figure_search_time_fraction * remaining());
     const double searched = elapsed() - before;
     note(outcome);
     if (is_interrupted_ || outcome.optimality == Optimality::proved_global) return outcome;
-    raise_bound(std::min(remaining(), std::max(min_second_seconds, searched)));
+    raise_bound(std::min(remaining(), std::max(figure_min_second_seconds, searched)));
     improve(outcome, searched);
     return outcome;
   }
@@ -55,7 +55,7 @@ class FigureBoundedSearch {
     if (!figures_.ignored.empty())
       result.remarks.push_back(join_with_conjunction(figures_.ignored, "and") +
                                (figures_.ignored.size() > 1 ? " are" : " is") + " left out of the bound");
-    if (is_design(outcome) && outcome.objective < result.lower_bound * (1 - refutation_tolerance))
+    if (is_design(outcome) && outcome.objective < result.lower_bound * (1 - figure_refutation_tolerance))
       result.reason = "a design was found that is better than its bound";
     return result;
   }
@@ -87,12 +87,12 @@ class FigureBoundedSearch {
   /// Searches again, from the lengths that the bound found, if these promise a better design.
   void improve(DesignOutcome& outcome, double seconds) {
     const bool promises = tree_.promising().size() > 0 && is_design(outcome) && figures_.ignored.empty() &&
-                          tree_.promised_value() < outcome.objective * (1 - min_improvement);
+                          tree_.promised_value() < outcome.objective * (1 - figure_min_improvement);
     if (!promises || remaining() <= 0 || is_interrupted()) return;
     DesignProblem again = problem_;
     set_start(again, tree_.promising());
     again.is_single_pass = true;
-    DesignOutcome better = search(again, std::min(remaining(), std::max(min_second_seconds, seconds)));
+    DesignOutcome better = search(again, std::min(remaining(), std::max(figure_min_second_seconds, seconds)));
     if (!is_design(better) || !(better.objective < outcome.objective)) return;
     better.start_objective = outcome.start_objective;
     better.residuals_before = outcome.residuals_before;
@@ -101,7 +101,7 @@ class FigureBoundedSearch {
     better.optimality = outcome.optimality;
     outcome = std::move(better);
     note(outcome);
-    if (!is_interrupted()) raise_bound(std::min(remaining(), min_second_seconds));
+    if (!is_interrupted()) raise_bound(std::min(remaining(), figure_min_second_seconds));
   }
 
   const certificate::FigureProblem& figures_;
