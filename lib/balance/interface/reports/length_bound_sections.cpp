@@ -21,8 +21,8 @@ const ReportFields<certificate::LengthBoundProgress>& progress_fields() {
   using Row = certificate::LengthBoundProgress;
   static const ReportFields<Row> fields{
       {&Row::seconds, JsonKey{"seconds"}, SiUnit{"s"}, Hdf5Dataset{"computing time of the bound"}},
-      {&Row::lower_bound, JsonKey{"lower_bound"}, SiUnit{"kg"}, Hdf5Dataset{"no design is lighter"}},
-      {&Row::best, JsonKey{"best"}, SiUnit{"kg"}, Hdf5Dataset{"lightest design so far"}}};
+      {&Row::lower_bound, JsonKey{"lower_bound"}, Hdf5Dataset{"no design has less"}},
+      {&Row::best, JsonKey{"best"}, Hdf5Dataset{"best design so far"}}};
   return fields;
 }
 
@@ -32,6 +32,7 @@ const ReportFields<certificate::LengthBound>& bound_fields() {
       {&Row::reason, JsonKey{"reason"}},
       {&Row::lower_bound, JsonKey{"lower_bound"}},
       {&Row::best, JsonKey{"best"}},
+      {&Row::unit, JsonKey{"unit"}},
       {relative_gap, JsonKey{"relative_gap"}, SiUnit{"1"}, Hdf5Dataset{"best minus lower bound, relative to best"}},
       {[](const Row& bound) { return bound.count < 0 ? Json() : Json(bound.count); }, JsonKey{"count"}},
       {&Row::is_impossible, JsonKey{"impossible"}},
@@ -58,6 +59,7 @@ std::string length_coverage_text(const certificate::LengthBound& bound) {
     text += " with which " + join_with_conjunction(bound.trajectories, "and") + " can be followed";
   if (has_general && !special.empty()) text += ", " + join_with_conjunction(special, "and") + " included";
   if (!bound.uncovered.empty()) text += "; it does not cover " + join_with_conjunction(bound.uncovered, "and");
+  for (const std::string& remark : bound.remarks) text += "; " + remark;
   return text;
 }
 
@@ -73,7 +75,7 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
   file.set_attribute(group, "covers", bound.geometries);
   if (!bound.uncovered.empty()) file.set_attribute(group, "not_covered", bound.uncovered);
   file.set_attribute(group, "impossible", bound.is_impossible() ? "yes" : "no");
-  write_rows(file, group, bound.progress, progress_fields());
+  write_rows(file, group, bound.progress, progress_fields(), bound.unit);
   write_fields(file, group, bound, bound_fields());
 }
 
