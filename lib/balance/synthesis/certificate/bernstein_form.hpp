@@ -41,6 +41,7 @@ class BernsteinForm {
   explicit BernsteinForm(const std::vector<LengthPolynomial>& polynomials);
 
   const std::vector<int>& variables() const { return variables_; }
+  Eigen::Index coefficient_count() const { return powers_.rows(); }
   BernsteinCoefficients convert(const LengthBox& box) const;
 
  private:
