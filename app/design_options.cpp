@@ -130,10 +130,10 @@ void check_outputs(const DesignCommandOptions& options, const Study& study) {
   check_standard_output({options.output, options.csv, options.h5, options.certificate}, options.spec.json,
                         options.h5 == files::standard_output_path);
   const std::vector<files::InputFile> inputs = list_input_files(study);
-  check_output(options.output, "the design", inputs, options.force);
-  check_output(options.h5, "the result", inputs, options.force);
-  check_output(options.csv, "the table", inputs, options.force);
-  check_output(options.certificate, "the certificate", inputs, options.force);
+  check_output(options.output, "the design", FileFormat::yaml, inputs, options.force);
+  check_output(options.h5, "the result", FileFormat::hdf5, inputs, options.force);
+  check_output(options.csv, "the table", FileFormat::csv, inputs, options.force);
+  check_output(options.certificate, "the certificate", FileFormat::json, inputs, options.force);
   if (!options.h5.empty() && !options.output.empty() && files::is_same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
   for (const std::string& other : {options.output, options.h5})

@@ -176,7 +176,8 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
   check_standard_output({options.output, options.csv}, options.spec.json,
                         options.output == files::standard_output_path);
   const std::vector<files::InputFile> inputs = list_input_files(study);
-  for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);
+  check_output(options.output, "the result", FileFormat::hdf5, inputs, options.force);
+  check_output(options.csv, "the table", FileFormat::csv, inputs, options.force);
   if (!options.output.empty() && !options.csv.empty() && files::is_same_file(options.output, options.csv)) {
     throw UsageError("--output and --csv name the same file: " + options.output);
   }

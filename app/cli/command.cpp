@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace balance::app {
 
@@ -90,10 +91,44 @@ void check_overwrites_no_input(const std::string& output, const std::string& wha
     throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->description, replaced->path));
 }
 
-void check_output(const std::string& output, const std::string& what, const std::vector<files::InputFile>& inputs,
-                  bool force) {
+namespace {
+
+struct FormatSuffixes {
+  FileFormat format;
+  const char* name;
+  std::vector<std::string> suffixes;  ///< the usual one first
+};
+
+const std::vector<FormatSuffixes>& list_format_suffixes() {
+  static const std::vector<FormatSuffixes> formats = {
+      {FileFormat::hdf5, "an HDF5 file", {".h5", ".hdf5", ".hdf", ".nc"}},
+      {FileFormat::csv, "a CSV file", {".csv", ".tsv"}},
+      {FileFormat::yaml, "a YAML file", {".yaml", ".yml"}},
+      {FileFormat::json, "a JSON file", {".json"}},
+      {FileFormat::html, "an HTML page", {".html", ".htm"}},
+      {FileFormat::other, "a picture", {".svg", ".pdf", ".png"}}};
+  return formats;
+}
+
+/// The suffix of another format would mislead people and programs, and is often a slip that replaces another file.
+void check_suffix(const std::string& output, const std::string& what, FileFormat format) {
+  if (format == FileFormat::other) return;
+  const auto& formats = list_format_suffixes();
+  const std::string suffix = CLI::detail::to_lower(std::filesystem::path(output).extension().string());
+  const auto own = std::find_if(formats.begin(), formats.end(), [&](const auto& one) { return one.format == format; });
+  for (const FormatSuffixes& one : formats)
+    if (one.format != format && std::find(one.suffixes.begin(), one.suffixes.end(), suffix) != one.suffixes.end())
+      throw UsageError(fmt::format("{}: {} is {}, not {}: end its name in {}", output, what, own->name, one.name,
+                                   own->suffixes.front()));
+}
+
+}  // namespace
+
+void check_output(const std::string& output, const std::string& what, FileFormat format,
+                  const std::vector<files::InputFile>& inputs, bool force) {
   if (output.empty()) return;
   check_overwrites_no_input(output, what, inputs);
+  check_suffix(output, what, format);
   check_writable(output, force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
 }
 

@@ -66,10 +66,14 @@ std::vector<files::InputFile> list_input_files(const Study& study);
 void check_overwrites_no_input(const std::string& output, const std::string& what,
                                const std::vector<files::InputFile>& inputs);
 
+/// What an output file holds.
+enum class FileFormat { hdf5, csv, yaml, json, html, other };
+
 /// Checks an output file before the computation. --force does not permit replacing an input.
-/// @throws UsageError as check_overwrites_no_input, SystemError as check_writable
-void check_output(const std::string& output, const std::string& what, const std::vector<files::InputFile>& inputs,
-                  bool force);
+/// @throws UsageError as check_overwrites_no_input, or if the file's suffix is that of another format; SystemError as
+///   check_writable
+void check_output(const std::string& output, const std::string& what, FileFormat format,
+                  const std::vector<files::InputFile>& inputs, bool force);
 
 /// Rejects conflicting uses of standard output: two files, a file and JSON, or binary data on a terminal.
 /// @param files that will be written; empty names: none @throws UsageError

@@ -99,7 +99,7 @@ ExitCode run(const CompareOptions& options) {
   check_standard_input_once(options.files);
   std::vector<files::InputFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({file, "its input"});
-  check_output(options.output, "the comparison", inputs, options.force);
+  check_output(options.output, "the comparison", FileFormat::other, inputs, options.force);
   bool specs_are_si = true;
   const std::vector<comparison::NamedRun> runs = read_runs(options, specs_are_si);
   const std::vector<comparison::RequirementVerdict> verdicts = judge(options.requirements, runs);

@@ -335,7 +335,7 @@ formulas::EquationsQuery make_query(const EquationsOptions& options, const Study
 void check_outputs(const EquationsOptions& options, const Study& study) {
   check_standard_output({options.output}, options.spec.json || options.latex,
                         options.output == files::standard_output_path);
-  check_output(options.output, "the result", list_input_files(study), options.force);
+  check_output(options.output, "the result", FileFormat::hdf5, list_input_files(study), options.force);
 }
 
 namespace {

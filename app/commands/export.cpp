@@ -32,7 +32,8 @@ void check_call(const ExportOptions& call) {
   check_standard_output({call.output, call.parts}, call.spec.json, false);
   const std::vector<files::InputFile> inputs = {
       {call.spec.spec, "the spec"}, {call.robot(), "its input"}, {call.options.loops, "its input"}};
-  for (const std::string& output : {call.output, call.parts}) check_output(output, "the output", inputs, call.force);
+  for (const std::string& output : {call.output, call.parts})
+    check_output(output, "the output", FileFormat::other, inputs, call.force);
   if (!call.parts.empty() && files::is_same_file(call.output, call.parts))
     throw UsageError("--output and --parts name the same file: " + call.output);
 }

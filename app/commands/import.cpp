@@ -86,7 +86,8 @@ std::string report_text(const foreign::ImportResult& imported) {
 
 void check_call(const ImportCommandOptions& call) {
   check_standard_output({call.output}, call.json, false);
-  check_output(call.output, "the spec", {{call.file, "its input"}, {call.options.loops, "its input"}}, call.force);
+  check_output(call.output, "the spec", FileFormat::yaml, {{call.file, "its input"}, {call.options.loops, "its input"}},
+               call.force);
 }
 
 void check_overwrites_no_robot_file(const ImportCommandOptions& call, const std::string& text) {

@@ -57,6 +57,7 @@ ExitCode run(const NewOptions& options) {
   }
   const Starter& starter = find(options.kind);
   if (!options.output.empty() && options.output != files::standard_output_path) {
+    check_output(options.output, "the spec", FileFormat::yaml, {}, options.force);
     files::AtomicFile file(options.output,
                            options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid);
     file.write(std::string(starter.text));

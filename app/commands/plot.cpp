@@ -382,7 +382,7 @@ void check_outputs(const PlotOptions& options) {
   if (options.output.empty()) throw UsageError("--output is needed: the name of a .svg, .pdf or .png file");
   std::vector<files::InputFile> inputs;
   for (const std::string& result : options.results) inputs.push_back({result, "its input"});
-  check_output(options.output, "the picture", inputs, options.force);
+  check_output(options.output, "the picture", FileFormat::other, inputs, options.force);
 }
 
 }  // namespace balance::app

@@ -296,7 +296,7 @@ ExitCode run(const ReportOptions& options) {
   const std::string file = choose_output(options);
   std::vector<files::InputFile> inputs = list_input_files(space.start);
   if (stored_run) inputs.insert(inputs.begin(), {stored_run->path, "the result"});
-  check_output(file, "the page", inputs, options.force);
+  check_output(file, "the page", FileFormat::html, inputs, options.force);
   if (!reports::has_report_scripts()) reports::format_html_report({});  // throws an error that says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);

@@ -53,7 +53,7 @@ void check_quantities(const ToleranceOptions& options, const Mechanism& mechanis
 /// Checks before the computation that the output can be written.
 void check_deviations_output(const ToleranceOptions& options, const Study& study) {
   check_standard_output({options.output}, options.spec.json, options.output == files::standard_output_path);
-  check_output(options.output, "the result", list_input_files(study), options.force);
+  check_output(options.output, "the result", FileFormat::hdf5, list_input_files(study), options.force);
 }
 
 std::vector<std::string> write_deviations(const ToleranceOptions& options, const Study& study,

@@ -164,8 +164,10 @@ class Overwriting(Case):
 
     def test_relative_folders_are_made(self):
         spec = self.arm()
-        for command in (["simulate", spec, "-q", "-o"], ["new", "four-bar", "-o"], ["compare", spec, spec, "-o"]):
-            for name in ("a1/b/c/out.h5", "./a2/b/out.h5", "new/../out.h5", "a3/new/er/../../out.h5", "a4/out.h5"):
+        for command, suffix in ((["simulate", spec, "-q", "-o"], ".h5"), (["new", "four-bar", "-o"], ".yaml"),
+                                (["compare", spec, spec, "-o"], ".csv")):
+            for folder in ("a1/b/c/", "./a2/b/", "new/../", "a3/new/er/../../", "a4/"):
+                name = folder + "out" + suffix
                 done = run(*command, name, cwd=self.folder)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 os.remove(os.path.normpath(self.path(name)))
@@ -186,6 +188,22 @@ class Overwriting(Case):
             done = run(*command, self.path(name))
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue(os.path.exists(self.path(name)), name)
+
+    def test_the_suffix_of_another_format_is_refused(self):
+        spec = self.arm()
+        everything = {".h5", ".hdf5", ".nc", ".csv", ".yaml", ".YML", ".json", ".html", ".svg", ".pdf", ".png"}
+        hdf5, csv, yaml = {".h5", ".hdf5", ".nc"}, {".csv"}, {".yaml", ".YML"}
+        for command, own in ((["simulate", spec, "-o"], hdf5), (["simulate", spec, "--csv"], csv), (["control", spec, "-o"], hdf5),
+                             (["control", spec, "--csv"], csv), (["tolerance", spec, "-o"], hdf5), (["design", spec, "-o"], yaml),
+                             (["design", spec, "--h5"], hdf5), (["design", spec, "--csv"], csv),
+                             (["design", spec, "--certificate"], {".json"}), (["report", spec, "-o"], {".html"}),
+                             (["equations", spec, "--at", "start", "-o"], hdf5), (["new", "four-bar", "-o"], yaml),
+                             (["import", self.write("r.urdf", ROBOT), "-o"], yaml)):
+            for suffix in sorted(everything - own):
+                other = self.write("other" + suffix, "precious")
+                with self.subTest(command=command, suffix=suffix):
+                    self.assert_failure(run(*command, other, "--force"), 2, "end its name in")
+                    self.assertEqual(content(other), b"precious")
 
     def test_a_refused_output_leaves_no_folder(self):
         self.assertEqual(run("simulate", self.path("none.yaml"), "-o", self.path("new/run.h5")).returncode, 5)

@@ -3,7 +3,6 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/foundation/hdf5/file_checksum.hpp"
-#include "balance/foundation/hdf5/hdf5_lock.hpp"
 #include "balance/foundation/hdf5/hdf5_read_server.hpp"
 
 #include <fmt/format.h>
@@ -51,9 +50,9 @@ Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : 
   value_limit_ = remaining_values_ = limits.max_values + bytes;
   const std::uintmax_t seconds = 3 + bytes / 10'000'000;
   try {
-    const Hdf5Lock lock;  // no other thread is inside the library while the fork copies its state
     child_.emplace([&](int socket) { run_read_server(file, socket); },
-                   SandboxLimits{.cpu_seconds = seconds, .memory_bytes = std::uintmax_t{256} << 20});
+                   SandboxLimits{.cpu_seconds = seconds, .memory_bytes = std::uintmax_t{256} << 20},
+                   SandboxAccess::socket_only);
   } catch (const std::system_error& failure) {
     throw Hdf5Error(
         fmt::format("cannot be read: no process could be started to read it ({})", failure.code().message()));

@@ -1,5 +1,7 @@
 #include "balance/foundation/hdf5/sandbox_process.hpp"
 
+#include "balance/foundation/hdf5/hdf5_lock.hpp"
+
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -13,7 +15,12 @@
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
+#include <new>
 #include <system_error>
+
+#ifdef BALANCE_COVERAGE
+extern "C" void __gcov_dump();
+#endif
 
 namespace balance::hdf5 {
 
@@ -41,62 +48,111 @@ std::uintmax_t data_segment_bytes() {
 }
 
 /// Keeps only the connection of the parent's descriptors; it becomes the first one after the standard ones.
-void close_other_descriptors(int socket) {
+void drop_access(int socket) {
   const int null_device = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null_device, standard);
   if (socket != child_socket_descriptor) ::dup2(socket, child_socket_descriptor);
   ::close_range(child_socket_descriptor + 1, ~0U, 0);
-}
-
-/// Resets the parent's signal handlers and limits the resources and side effects of the child.
-void drop_privileges(const SandboxLimits& limits) {
-  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGXCPU, SIGINT, SIGTERM, SIGHUP, SIGPIPE})
-    std::signal(signal, SIG_DFL);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   set_resource_limit(RLIMIT_CORE, 0);
   set_resource_limit(RLIMIT_FSIZE, 0);
-  set_resource_limit(RLIMIT_CPU, limits.cpu_seconds);
+}
+
+void reset_signal_handlers() {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGXCPU, SIGINT, SIGTERM, SIGHUP, SIGPIPE})
+    std::signal(signal, SIG_DFL);
+}
+
+/// @param memory_bytes in all
+void limit_resources(const SandboxLimits& limits, [[maybe_unused]] std::uintmax_t memory_bytes) {
+  if (limits.cpu_seconds > 0) set_resource_limit(RLIMIT_CPU, limits.cpu_seconds);
 #ifndef BALANCE_SANITIZED  // sanitizers use shadow memory, which counts
-  set_resource_limit(RLIMIT_DATA, limits.memory_bytes);
+  if (limits.memory_bytes > 0) set_resource_limit(RLIMIT_DATA, memory_bytes);
 #endif
 }
 
-[[noreturn]] void run_child(const std::function<void(int)>& work, const SandboxLimits& limits, int socket) {
-  close_other_descriptors(socket);
-  drop_privileges(limits);
+/// Exits without clean-up: buffers and temporary files belong to the parent.
+[[noreturn]] void run_and_exit(const std::function<void(int)>& work, int socket) {
   int code = 0;
   try {
-    work(child_socket_descriptor);
+    work(socket);
+  } catch (const std::bad_alloc&) {
+    code = exit_out_of_memory;
   } catch (...) {
-    code = 1;
+    code = exit_without_result;
   }
+#ifdef BALANCE_COVERAGE
+  __gcov_dump();
+#endif
   ::_exit(code);
+}
+
+[[noreturn]] void run_child(const std::function<void(int)>& work, const SandboxLimits& limits, SandboxAccess access,
+                            pid_t parent, int socket) {
+  ::setpgid(0, 0);
+  reset_signal_handlers();
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(exit_without_result);  // the parent ended before the child asked for its signal
+  const std::uintmax_t memory_bytes = limits.memory_bytes + data_segment_bytes();
+  if (access == SandboxAccess::socket_only) {
+    drop_access(socket);
+    socket = child_socket_descriptor;
+  }
+  limit_resources(limits, std::max(limits.memory_bytes, memory_bytes));  // the sum may overflow
+  run_and_exit(work, socket);
 }
 
 }  // namespace
 
-SandboxProcess::SandboxProcess(const std::function<void(int)>& work, const SandboxLimits& limits) {
-  const SandboxLimits child_limits{limits.cpu_seconds, limits.memory_bytes + data_segment_bytes()};
+SandboxProcess::SandboxProcess(const std::function<void(int)>& work, const SandboxLimits& limits,
+                               SandboxAccess access) {
   int sockets[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
     throw std::system_error(errno, std::generic_category());
-  child_ = ::fork();
-  if (child_ == 0) run_child(work, child_limits, sockets[1]);
+  const pid_t parent = ::getpid();
+  {
+    const Hdf5Lock lock;  // no other thread is inside the library while its state is copied
+    child_ = ::fork();
+    if (child_ == 0) {
+      Hdf5Lock::reset_after_fork();
+      ::close(sockets[0]);
+      run_child(work, limits, access, parent, sockets[1]);
+    }
+  }
   const int error = errno;
   ::close(sockets[1]);
   if (child_ < 0) {
     ::close(sockets[0]);
     throw std::system_error(error, std::generic_category());
   }
+  ::setpgid(child_, child_);  // by parent or child, whichever runs first
   socket_ = sockets[0];
 }
 
 SandboxProcess::~SandboxProcess() {
   ::close(socket_);
-  ::kill(child_, SIGKILL);
-  while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-  }
+  if (exit_status_) return;
+  ::kill(-child_, SIGKILL);
+  ::kill(child_, SIGKILL);  // in case it has no group yet
+  wait(0);
+}
+
+std::optional<int> SandboxProcess::find_exit_status() {
+  if (!exit_status_) wait(WNOHANG);
+  return exit_status_;
+}
+
+void SandboxProcess::finish() {
+  ::shutdown(socket_, SHUT_RDWR);  // closing is not enough: later children have copies
+  if (!exit_status_) wait(0);
+}
+
+void SandboxProcess::wait(int options) {
+  int status = 0;
+  pid_t ended_child = 0;
+  do ended_child = ::waitpid(child_, &status, options);
+  while (ended_child < 0 && errno == EINTR);
+  if (ended_child != 0) exit_status_ = status;
 }
 
 void forbid_opening_files() { set_resource_limit(RLIMIT_NOFILE, 0); }

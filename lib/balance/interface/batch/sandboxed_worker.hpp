@@ -1,9 +1,12 @@
 #pragma once
 /// Runs work in child processes, where it may crash, hang or exhaust memory without harming others.
 
+#include "balance/foundation/hdf5/sandbox_process.hpp"
+
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,14 +28,14 @@ enum class WorkerState {
   out_of_memory,  ///< its task requested more memory than allowed
 };
 
-/// A child process that performs one task after the other, each of which yields a text. It ends with this object or
-/// with this process, even if that is killed. A worker that is neither idle nor busy has ended.
+/// A child process that performs one task after the other, each of which yields a text. It ends with this object. A
+/// worker that is neither idle nor busy has ended.
 class SandboxedWorker {
  public:
   using Work = std::function<std::string(std::size_t task)>;
 
-  /// Starts the child, idle. It is a copy of this thread only: if other threads run, `work` must not need a lock that
-  /// they may hold, except Hdf5Lock. @throws SystemError if the system cannot create another process
+  /// Starts the child, idle; see hdf5::SandboxProcess for what `work` may do.
+  /// @throws SystemError if the system cannot create another process
   SandboxedWorker(const Work& work, const WorkerLimits& limits);
   ~SandboxedWorker();
   SandboxedWorker(const SandboxedWorker&) = delete;
@@ -56,14 +59,13 @@ class SandboxedWorker {
 
   void drain();
   bool take_reply();
-  bool reap(int options);
-  void kill();
   WorkerState classify_exit(int status);
 
   const WorkerLimits limits_;
   Clock::time_point deadline_ = Clock::time_point::max();
-  int child_ = -1, socket_ = -1;
-  int pidfd_ = -1;  ///< becomes readable when the child ends; -1 if the system has no pidfds
+  std::optional<hdf5::SandboxProcess> process_;
+  bool is_connected_ = true;  ///< whether the child may send more
+  int pidfd_ = -1;            ///< becomes readable when the child ends; -1 if the system has no pidfds
   WorkerState state_ = WorkerState::idle;
   std::size_t task_count_ = 0;
   std::string receive_buffer_, reply_, reason_;

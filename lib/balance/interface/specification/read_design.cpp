@@ -201,7 +201,9 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
   std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry, different_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
-      section, "design settings {goal, minimize, front, subject_to, choose, all_different, search, for, across, adapt}",
+      section,
+      "design settings {goal, minimize, front, subject_to, choose, all_different, assembly_mode, search, for, across, "
+      "adapt}",
       {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
@@ -211,6 +213,10 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
        {"choose", Presence::optional,
         [&](const SpecCursor& c) { request.cardinality = read_cardinality_requests(c, draft); }},
        {"all_different", Presence::optional, store_in(different_entry)},
+       {"assembly_mode", Presence::optional,
+        [&](const SpecCursor& c) {
+          request.keeps_assembly_mode = c.read_choice("which assembly modes are allowed", {"start", "any"}) == 0;
+        }},
        {"search", Presence::optional, [&](const SpecCursor& c) { read_search(c, draft, request.search); }},
        {"for", Presence::optional, store_in(cases_entry)},
        {"across", Presence::optional, store_in(across_entry)},

@@ -16,6 +16,8 @@ struct DesignInstance {
   std::vector<Trajectory> trajectories;
   /// Why the assembly mode of the start values does not exist for these numbers; empty if it does, or is not followed.
   std::string mode_issue = {};
+  /// Whether the assembly mode is another than that of the start values, which does not exist for these numbers.
+  bool is_other_mode = false;
 };
 
 /// The assembly mode of a mechanism as a function of the numbers of its spec. Without it the mode is the one nearest to

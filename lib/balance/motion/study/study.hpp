@@ -179,6 +179,9 @@ struct DesignRequest {
   LoadCases cases;
   std::vector<CardinalityRequest> cardinality;  ///< elements that may be left out; empty: none
   std::vector<DifferentNumbers> all_different;  ///< disjoint
+  /// Whether every design must be in the assembly mode of the start values; empty: if a figure along a motion is asked
+  /// for, which depends on the mode.
+  std::optional<bool> keeps_assembly_mode;
 };
 
 /// A payload that is taken up or set down during the motion (AttachmentOf::from, until), and its location in the spec.

@@ -224,7 +224,7 @@ std::optional<PolarForm> find_polar_form(const LengthPolynomial& p) {
 std::vector<std::optional<LengthPolynomial>> evaluate_polynomials(const expression::ExpressionGraph& graph,
                                                                   int variables,
                                                                   const std::vector<LengthPolynomial>& inputs) {
-  std::vector<Value> values(inputs.begin(), inputs.end());
+  std::vector<OptionalPolynomial> values(inputs.begin(), inputs.end());
   return evaluate(graph, values, PolynomialAlgebra{variables});
 }
 

@@ -85,17 +85,18 @@ std::vector<std::size_t> list_pose_inputs(const study::Recording& recording, con
 /// A configuration of the start pose for some numbers.
 struct KnownConfiguration {
   std::vector<double> inputs;
-  bool is_assembled = false;
-  VectorX y;            ///< tree coordinates
-  int orientation = 0;  ///< sign of the Jacobian's determinant; 0: unknown
-  std::vector<CoordinateValue> coordinates;
+  bool is_assembled = false;                 ///< in the mode of the start values
+  VectorX y;                                 ///< tree coordinates, if assembled
+  int orientation = 0;                       ///< sign of the Jacobian's determinant; 0: unknown
+  std::vector<CoordinateValue> coordinates;  ///< in any mode that is allowed; empty: none
 };
 
 template <class S>
 class AssemblyContinuation final : public study::AssemblyModeSelector {
  public:
-  explicit AssemblyContinuation(const DesignSpace& space)
+  AssemblyContinuation(const DesignSpace& space, bool keeps_mode)
       : recording_(space.recording),
+        keeps_mode_(keeps_mode),
         pose_inputs_(list_pose_inputs(*space.recording, space.start.trajectories.front())),
         scale_(space.inputs.size(), 0),
         start_inputs_(space.inputs) {
@@ -133,10 +134,11 @@ class AssemblyContinuation final : public study::AssemblyModeSelector {
 
   void select(const std::vector<double>& inputs, study::DesignInstance& instance) const override {
     const KnownConfiguration& known = find(inputs, instance);
-    if (known.is_assembled)
-      instance.mechanism.assembly = known.coordinates;
-    else
+    if (known.coordinates.empty())
       instance.mode_issue = "the assembly mode of the start values ends on the way to these lengths";
+    else
+      instance.mechanism.assembly = known.coordinates;
+    instance.is_other_mode = !known.is_assembled && !known.coordinates.empty();
   }
 
  private:
@@ -221,6 +223,7 @@ class AssemblyContinuation final : public study::AssemblyModeSelector {
     KnownConfiguration result{inputs, false, {}, 0, {}};
     for (const auto& [separation, k] : starts)
       if (follow(known_[k], instance, result)) break;
+    if (!result.is_assembled && !keeps_mode_) result.coordinates = assemble_nearby(instance);
     if (known_.size() < max_known_configurations) {
       known_.push_back(std::move(result));
       return known_.back();
@@ -263,6 +266,19 @@ class AssemblyContinuation final : public study::AssemblyModeSelector {
     return false;
   }
 
+  /// The configuration nearest to the spec's `assembly`, or else to that of the start values; empty without one.
+  std::vector<CoordinateValue> assemble_nearby(const study::DesignInstance& instance) const {
+    Mechanism mechanism = instance.mechanism;
+    for (const std::vector<CoordinateValue>& guess : {instance.mechanism.assembly, known_.front().coordinates}) {
+      mechanism.assembly = guess;
+      const Pose pose(mechanism, instance.trajectories.front());
+      kinematics::ConstraintSystem<S> system(pose.tree, pose.equations.drive);
+      const kinematics::AssemblySolution solution = solve_pose(mechanism, pose.tree, system, pose.equations.target);
+      if (solution.found) return coordinates_of(mechanism, pose.tree, solution.y);
+    }
+    return {};
+  }
+
   /// Newton's method from a neighbouring configuration. @return std::nullopt if it does not contract clearly, so that it
   /// might end in another mode
   std::optional<VectorX> correct(const Mechanism& mechanism, const Trajectory& trajectory, const VectorX& from,
@@ -296,6 +312,7 @@ class AssemblyContinuation final : public study::AssemblyModeSelector {
   }
 
   std::shared_ptr<const study::Recording> recording_;
+  bool keeps_mode_;
   std::vector<std::size_t> pose_inputs_;
   std::vector<double> scale_;  ///< per input, for distances
   std::vector<double> start_inputs_;
@@ -333,12 +350,23 @@ bool has_variable_geometry(const DesignSpace& space) {
 
 }  // namespace
 
-DesignSpace follow_assembly_mode(DesignSpace space) {
+bool keeps_assembly_mode(const study::DesignRequest& request, const std::vector<ObjectiveTerm>& terms) {
+  if (request.keeps_assembly_mode) return *request.keeps_assembly_mode;
+  const auto has_run = [](const std::vector<ObjectiveTerm>& all) {
+    return std::any_of(all.begin(), all.end(),
+                       [](const ObjectiveTerm& term) { return term.size == ObjectiveTerm::Size::none; });
+  };
+  return has_run(terms) || std::any_of(request.front.figures.begin(), request.front.figures.end(), has_run) ||
+         std::any_of(request.subject_to.begin(), request.subject_to.end(),
+                     [&](const study::FigureLimit& limit) { return has_run(limit.terms); });
+}
+
+DesignSpace follow_assembly_mode(DesignSpace space, bool keeps_mode) {
   if (space.assembly_mode || space.start.trajectories.empty() || !space.recording) return space;
   try {
     if (!has_variable_geometry(space)) return space;
     kinematics::dispatch_space(space.start.mechanism.space, [&]<class S>(S) {
-      auto mode = std::make_shared<AssemblyContinuation<S>>(space);
+      auto mode = std::make_shared<AssemblyContinuation<S>>(space, keeps_mode);
       if (mode->begin(space.start)) space.assembly_mode = std::move(mode);
     });
   } catch (const SpecError&) {

@@ -261,7 +261,9 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
   if (spec_space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
         "front: a trade-off has many designs, not one; choose a figure to minimize to get one design");
-  const DesignSpace space = follow_assembly_mode(spec_space);
+  const study::DesignRequest& request = spec_space.start.design;
+  const DesignSpace space = follow_assembly_mode(
+      spec_space, keeps_assembly_mode(request, options.minimize.empty() ? request.minimize : options.minimize));
   DesignReport report;
   report.free_numbers = space.start.free_numbers;
   report.before = space.start_values();
@@ -279,6 +281,10 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
     report.outcome = solve_with_length_bound(space, options, problem, report.length_bound);
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
+  if (report.outcome.x.size() > 0 && space.instantiate(report.outcome.x).is_other_mode)
+    report.notes.push_back(
+        "the design is in another assembly mode than the start values, whose mode does not exist at its lengths; "
+        "'assembly_mode: start' under 'design' excludes it");
 
   measure_design(space, report);
   // With load cases, the figure is the maximum or mean over the cases.

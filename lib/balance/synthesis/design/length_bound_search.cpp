@@ -1,6 +1,7 @@
 #include "balance/synthesis/design/length_bound_search.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"
+#include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
@@ -86,7 +87,8 @@ class BoundedSearch {
         keeps_certificates_(keeps_certificates),
         followed_(certificate::list_followed_trajectories(space)),
         choices_(list_choices(problem)),
-        max_time_(problem.search.max_time - (space.assembly_mode ? other_mode_seconds(problem) : 0)),
+        keeps_mode_(space.assembly_mode && keeps_assembly_mode(space.start.design, space.start.design.minimize)),
+        max_time_(problem.search.max_time - (keeps_mode_ ? other_mode_seconds(problem) : 0)),
         judge_(certificate::make_length_design_judge(space, followed_)),
         bound_(space, *judge_, bound_options()),
         start_time_(thread_cpu_time()) {}
@@ -126,9 +128,10 @@ class BoundedSearch {
   /// Names a lighter design in another assembly mode, which the bound covers but the design is not allowed to take;
   /// empty without one.
   std::string find_other_mode(const DesignOutcome& outcome) {
-    if (!space_.assembly_mode || !is_design(outcome) || !(outcome.gap() > min_mode_gain * outcome.objective)) return "";
+    if (!keeps_mode_ || !is_design(outcome) || !(outcome.gap() > min_mode_gain * outcome.objective)) return "";
     DesignSpace space = space_;
     space.assembly_mode = nullptr;
+    space = follow_assembly_mode(std::move(space), false);
     const std::unique_ptr<certificate::LengthDesignJudge> judge =
         certificate::make_length_design_judge(space, followed_);
     certificate::LengthBoundOptions options = bound_options();
@@ -140,7 +143,7 @@ class BoundedSearch {
     const LengthBound found = search.result();
     if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain)) ||
         (found.count >= 0 && found.count != certificate::count_min_elements(choices_, outcome.x)) ||
-        space_.instantiate(found.design).mode_issue.empty())
+        !space.instantiate(found.design).is_other_mode)
       return "";
     SearchBudget budget(1, {});
     const SolverContext context(problem_, budget);
@@ -148,8 +151,9 @@ class BoundedSearch {
     for (const int i : geometric_variables(context))
       lengths += fmt::format("{}{} = {:.6g}", lengths.empty() ? "" : ", ",
                              problem_.variables[static_cast<std::size_t>(i)].name, found.design[i]);
-    return fmt::format("another assembly mode needs only {:.6g} kg, with {}; start values there choose that mode",
-                       found.best, lengths);
+    return fmt::format(
+        "another assembly mode needs only {:.6g} kg, with {}; 'assembly_mode: any' under 'design' allows it",
+        found.best, lengths);
   }
 
  private:
@@ -260,6 +264,7 @@ class BoundedSearch {
   bool keeps_certificates_;
   std::vector<int> followed_;  ///< trajectories that the start values can follow
   std::vector<certificate::ElementChoice> choices_;
+  bool keeps_mode_;  ///< that of the start values
   double max_time_;
   std::unique_ptr<certificate::LengthDesignJudge> judge_;
   certificate::LengthBoundSearch bound_;

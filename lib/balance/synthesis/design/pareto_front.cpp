@@ -158,7 +158,7 @@ DesignStudyOptions own_terms(DesignStudyOptions options) {
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,
                                                  int planned_searches)
     : request_(space.start.design.front),
-      base_(follow_assembly_mode(without_front(space))),
+      base_(follow_assembly_mode(without_front(space), keeps_assembly_mode(space.start.design, {}))),
       options_(own_terms(options)),
       start_time_(thread_cpu_time()),
       planned_searches_(planned_searches) {
