@@ -154,8 +154,11 @@ class SampledMechanism {
 
   template <class Carried>
   void place(const Carried& unit, const FreeCounterweight& counterweight, const Sample& sample, Carried& loaded) const {
+    const Matrix3 inertia = loaded.inertia;
     loaded = unit;
     loaded.mass = 1;
+    const RatioSpin& spin = counterweight.spin;
+    if (spin.constant.empty() && spin.per_ratio.empty()) loaded.inertia = inertia;  // not in proportion to the mass
     if (linkage_.balances_moments) return;
     // corners are measured from the tree joint; differences are the same from the body's origin
     const auto shift = (counterweight.corners[sample.corner].evaluate(x_) - counterweight.corners[0].evaluate(x_)) /
