@@ -127,8 +127,9 @@ class CertificateFormatter {
     const FreeCounterweight& counterweight = geometry.linkage.counterweights[i];
     Json result = {{"name", counterweight.name}, {"mass", {exact(counterweight.lower), exact(counterweight.upper)}}};
     if (geometry.linkage.balances_moments) {
-      result["placed"] = placed(geometry.dual.placed[i], {counterweight.place_numbers[0], counterweight.place_numbers[1],
-                                                          counterweight.spin.ratio_number});
+      result["placed"] =
+          placed(geometry.dual.placed[i],
+                 {counterweight.place_numbers[0], counterweight.place_numbers[1], counterweight.spin.ratio_number});
       return result;
     }
     Json corners = Json::array();

@@ -7,6 +7,7 @@
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/design/status_names.hpp"
@@ -121,6 +122,8 @@ Json figures_json(const FrontReportData& view) {
       figure["least"] = anchor.min_value;
       figure["lower_bound"] = anchor.lower_bound;
       figure["optimality"] = name_of(anchor.optimality);
+      if (anchor.length_bound && anchor.length_bound->reason.empty())
+        figure["coverage"] = length_coverage_text(*anchor.length_bound);
     }
     list.push_back(std::move(figure));
   }
@@ -220,6 +223,16 @@ std::string bound_text(const FrontReportData& view, const ParetoPoint& point, co
                      value_text(point.lower_bound, largest[point.minimized], figure_unit(view, j, units)));
 }
 
+/// For which designs bounds over all lengths hold.
+std::string coverage_text(const FrontReportData& view) {
+  std::string text;
+  for (std::size_t j = 0; j < view.front.anchors.size(); ++j)
+    if (const auto& bound = view.front.anchors[j].length_bound; bound && bound->reason.empty())
+      text +=
+          fmt::format("bound of {}: {}, without limits on other figures\n", letter(j), length_coverage_text(*bound));
+  return text;
+}
+
 std::string points_table(const FrontReportData& view, const files::TextOptions& options) {
   const VectorX max_abs_entry = max_abs_values(view.front);
   files::TextTable table{{"point"}, {files::Align::right}, {}};
@@ -289,8 +302,8 @@ std::string front_text(const FrontReportData& view, const files::TextOptions& op
   std::string text = fmt::format("{}: a front of {} design{}{}\n", view.title, front.points.size(),
                                  front.points.size() == 1 ? "" : "s",
                                  view.goals.empty() ? "" : ", all balanced for " + join_goal_names(view.goals));
-  text += optimality_text(view) + "\n" + legend(view, options.units) + "\n" + points_table(view, options) + "\n" +
-          numbers_table(view, options);
+  text += optimality_text(view) + "\n" + legend(view, options.units) + "\n" + points_table(view, options) +
+          coverage_text(view) + "\n" + numbers_table(view, options);
   text += fmt::format(
       "\npoint {} is nearest to the minima of all figures; --point K shows a point and, with -o, writes it\n",
       find_compromise_point(front) + 1);

@@ -41,13 +41,15 @@ class BernsteinForm {
   explicit BernsteinForm(const std::vector<LengthPolynomial>& polynomials);
 
   const std::vector<int>& variables() const { return variables_; }
-  Eigen::Index coefficient_count() const { return powers_.rows(); }
   BernsteinCoefficients convert(const LengthBox& box) const;
 
  private:
   std::vector<int> variables_, degrees_;
   MatrixX powers_;  ///< as BernsteinCoefficients::values, of the power basis
 };
+
+/// Of the form of these polynomials.
+Eigen::Index count_coefficients(const std::vector<LengthPolynomial>& polynomials);
 
 /// Relative error of Bernstein coefficients and of sums of their products with multipliers, for the degrees and numbers
 /// of terms that occur here: some hundreds of roundings, with a margin.

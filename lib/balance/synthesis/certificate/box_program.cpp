@@ -15,7 +15,7 @@ constexpr double mass_limit_tolerance = 1e-9;
 constexpr double min_active_multiplier = 1e-12;
 /// Of heights, which are at most 1: places that are higher by less are not added. The rest costs tightness.
 constexpr double height_tolerance = 1e-10;
-constexpr int max_place_rounds = 12;
+constexpr int max_place_rounds = 24;
 /// Of maxima over places, whose vertices are rounded as well.
 constexpr double place_round_off_factor = 4;
 
@@ -327,8 +327,9 @@ struct BoxProgram::Assembly {
     return excess;
   }
 
-  /// Adds rows at the highest place of each counterweight that is too high. @return whether there are any
-  bool add_high_places(const VectorX& x) {
+  /// Adds rows at the highest place of each counterweight that is too high, and at the centre of its masses in the
+  /// relaxation, which is nearer to where the next solution has them. @return whether there are any
+  bool add_high_places(const VectorX& x, const VectorX& multipliers) {
     const MatrixX w = w_of(x);
     bool has_added = false;
     for (const Placed& one : placed) {
@@ -336,14 +337,35 @@ struct BoxProgram::Assembly {
       const HighestPlaces highest = one.rows->find_highest(w);
       const VectorX excess = find_excess(one, x, highest);
       const Eigen::Index row = numerics::max_index(excess);
-      const Vector3& place = highest.places[static_cast<std::size_t>(row)];
-      if (excess[row] <= height_tolerance ||
-          std::find(one.places->begin(), one.places->end(), place) != one.places->end())
-        continue;
-      one.places->push_back(place);
-      has_added = add_place(one, static_cast<int>(one.places->size()) - 1) || has_added;
+      if (excess[row] <= height_tolerance) continue;
+      const Vector3 centre = find_centre(one, multipliers);
+      for (const Vector3& place : {highest.places[static_cast<std::size_t>(row)], centre}) {
+        if (std::find(one.places->begin(), one.places->end(), place) != one.places->end()) continue;
+        one.places->push_back(place);
+        has_added = add_place(one, static_cast<int>(one.places->size()) - 1) || has_added;
+      }
     }
     return has_added;
+  }
+
+  /// Calls use(place, masses of its rows) for all places of a counterweight.
+  template <class Use>
+  void visit_places(const Placed& one, const VectorX& multipliers, const Use& use) const {
+    for (const Block& block : blocks)
+      if (block.kind == Kind::height && block.counterweight == one.counterweight)
+        use((*one.places)[static_cast<std::size_t>(block.corner)],
+            multipliers.segment(block.begin, block.count).cwiseMax(0.0));
+  }
+
+  /// Of its masses in the relaxation; without mass its first place.
+  Vector3 find_centre(const Placed& one, const VectorX& multipliers) const {
+    double mass = 0;
+    Vector3 sum = Vector3::Zero();
+    visit_places(one, multipliers, [&](const Vector3& place, const VectorX& masses) {
+      mass += masses.sum();
+      sum += masses.sum() * place;
+    });
+    return mass > 0 ? Vector3(sum / mass) : one.places->front();
   }
 
   /// σ ≤ 0 at all corners of the box of affine lengths.
@@ -473,26 +495,13 @@ struct BoxProgram::Assembly {
     for (const Placed& one : placed) {
       if (!one.rows->has_square) continue;
       const VectorX curvature = one.rows->evaluate(w).col(PlacedHeight::square).cwiseAbs();
-      double mass = 0;
-      Vector3 mean = Vector3::Zero();
-      const auto visit = [&](const auto& use) {
-        for (const Block& block : blocks)
-          if (block.kind == Kind::height && block.counterweight == one.counterweight)
-            use((*one.places)[static_cast<std::size_t>(block.corner)],
-                multipliers.segment(block.begin, block.count).cwiseMax(0.0));
-      };
-      visit([&](const Vector3& place, const VectorX& masses) {
-        mass += masses.sum();
-        mean += masses.sum() * place;
-      });
-      if (!(mass > 0)) continue;
-      mean /= mass;
-      visit([&](const Vector3& place, const VectorX& masses) {
+      const Vector3 centre = find_centre(one, multipliers);
+      visit_places(one, multipliers, [&](const Vector3& place, const VectorX& masses) {
         for (std::size_t i = 0; i < 2; ++i) {
           if (one.rows->numbers[i] < 0) continue;
           const auto axis = static_cast<Eigen::Index>(i);
           conflict.row(one.rows->numbers[i]).array() +=
-              masses.dot(curvature) * (place[axis] - mean[axis]) * (place[axis] - mean[axis]);
+              masses.dot(curvature) * (place[axis] - centre[axis]) * (place[axis] - centre[axis]);
         }
       });
     }
@@ -555,10 +564,11 @@ std::vector<MassLimits> list_mass_limits(const PlanarLinkage& linkage) {
   return limits;
 }
 
-Eigen::Index BoxProgram::coefficient_count() const {
-  Eigen::Index count = objective_.coefficient_count();
-  for (const auto* forms : {&placed_, &inertias_})
-    for (const BernsteinForm& form : *forms) count = std::max(count, form.coefficient_count());
+Eigen::Index count_coefficients(const VirtualLinkage& dual, const std::vector<LengthCondition>& conditions) {
+  Eigen::Index count = count_coefficients(list_objective(dual, conditions));
+  for (const auto* heights : {&dual.placed, &dual.inertias})
+    for (const PlacedHeight& height : *heights)
+      count = std::max(count, count_coefficients(list_polynomials(height, dual.unknowns)));
   return count;
 }
 
@@ -575,12 +585,38 @@ LengthBox BoxProgram::point_box(const VectorX& lengths, const LengthBox& box) co
   return point;
 }
 
+std::map<int, double> BoxProgram::list_centres(const BoxBound& bound) const {
+  std::map<int, double> centres;
+  for (std::size_t i = 0; i < bound.places.size(); ++i) {
+    const FreeCounterweight& counterweight = linkage_.counterweights[i];
+    const VectorX& masses = bound.corner_masses[i];
+    const double mass = masses.sum();
+    if (!(mass > 0)) continue;
+    Vector3 centre = Vector3::Zero();
+    for (Eigen::Index c = 0; c < masses.size(); ++c)
+      centre += masses[c] / mass * bound.places[i][static_cast<std::size_t>(c)];
+    const std::array<int, 3> numbers{counterweight.place_numbers[0], counterweight.place_numbers[1],
+                                     counterweight.spin.ratio_number};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (numbers[k] >= 0) centres[numbers[k]] = centre[static_cast<Eigen::Index>(k)];
+  }
+  return centres;
+}
+
 std::vector<BoxProgram::PlacedRows> BoxProgram::list_placed_rows(const LengthBox& box,
                                                                  const std::vector<int>& affine) const {
   std::vector<PlacedRows> all;
+  const bool is_point = affine.empty() && std::all_of(lengths_.begin(), lengths_.end(), [&](int length) {
+                          return box.lower[length] == box.upper[length];
+                        });
   const auto add = [&](const BernsteinForm& form, const std::array<int, 3>& numbers) -> PlacedRows& {
     PlacedRows& rows = all.emplace_back();
-    rows.columns = expand(form.convert(box), affine);
+    BernsteinCoefficients coefficients = form.convert(box);
+    if (is_point) {  // all of them are the polynomial's value
+      coefficients.values = coefficients.values.topRows(1).eval();
+      std::fill(coefficients.degrees.begin(), coefficients.degrees.end(), 0);
+    }
+    rows.columns = expand(coefficients, affine);
     rows.unknowns = dual_.unknowns;
     rows.numbers = numbers;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -596,7 +632,8 @@ std::vector<BoxProgram::PlacedRows> BoxProgram::list_placed_rows(const LengthBox
     add(placed_[i], {counterweight.place_numbers[0], counterweight.place_numbers[1], counterweight.spin.ratio_number})
         .has_square = !dual_.placed[i].coefficients[PlacedHeight::square].empty();
   }
-  for (std::size_t i = 0; i < inertias_.size(); ++i) add(inertias_[i], {-1, -1, linkage_.inertias[i].spin.ratio_number});
+  for (std::size_t i = 0; i < inertias_.size(); ++i)
+    add(inertias_[i], {-1, -1, linkage_.inertias[i].spin.ratio_number});
   return all;
 }
 
@@ -680,7 +717,7 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   for (int round = 0; round <= max_place_rounds; ++round) {
     solution = numerics::solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
     if (solution.status != numerics::LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
-    if (round == max_place_rounds || !rows.add_high_places(solution.x)) break;
+    if (round == max_place_rounds || !rows.add_high_places(solution.x, solution.multipliers)) break;
   }
   VectorX x = solution.x;
   const VectorX slack = rows.right.head(rows.count) - rows.rows.topRows(rows.count) * x;
@@ -689,8 +726,8 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   result.conflict = rows.measure_conflict(slack, solution.multipliers, linkage_.variables);
   rows.measure_spread(x, solution.multipliers, result.conflict);
   for (std::size_t i = 0; i < counterweights; ++i)
-    result.corner_masses.push_back(VectorX::Zero(
-        static_cast<Eigen::Index>(placed_.empty() ? corners_[i].size() : result.places[i].size())));
+    result.corner_masses.push_back(
+        VectorX::Zero(static_cast<Eigen::Index>(placed_.empty() ? corners_[i].size() : result.places[i].size())));
   result.inertias.assign(inertias_.size(), 0);
   result.ratios.assign(inertias_.size(), 0);
   for (const Assembly::Block& block : rows.blocks) {

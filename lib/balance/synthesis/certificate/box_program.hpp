@@ -16,6 +16,8 @@
 #include "balance/synthesis/certificate/assembly_conditions.hpp"
 #include "balance/synthesis/certificate/virtual_linkage.hpp"
 
+#include <map>
+
 namespace balance::certificate {
 
 /// Bound on the multipliers, so that a program is bounded where no masses balance the linkage.
@@ -52,11 +54,14 @@ struct BoxBound {
   std::vector<std::vector<Vector3>> places;  ///< x, y and ratio, where free; only with moments
   std::vector<double> inertias;              ///< per PlanarLinkage::inertias, of the relaxation
   std::vector<double> ratios;                ///< of these
-  MatrixX conflict;                    ///< lengths × 2: how much the active inequalities want each length small, large
+  MatrixX conflict;  ///< lengths × 2: how much the active inequalities want each length small, large
 
   static constexpr double no_length_bound = 1e300;
   double mass(std::size_t counterweight) const { return corner_masses[counterweight].sum(); }
 };
+
+/// Bernstein coefficients of the largest polynomial with moments.
+Eigen::Index count_coefficients(const VirtualLinkage& dual, const std::vector<LengthCondition>& conditions);
 
 class BoxProgram {
  public:
@@ -67,11 +72,11 @@ class BoxProgram {
   const std::vector<int>& lengths() const { return lengths_; }
   /// Coordinates of counterweights within the box on which the bound depends.
   const std::vector<int>& places() const { return places_; }
-  /// Bernstein coefficients of the largest polynomial.
-  Eigen::Index coefficient_count() const;
   /// All places and ratios of a box, at given lengths.
   LengthBox point_box(const VectorX& lengths, const LengthBox& box) const;
   const std::vector<LengthCondition>& conditions() const { return conditions_; }
+  /// Coordinates and ratios of the counterweights' centres in the relaxation, with moments; of those without mass none.
+  std::map<int, double> list_centres(const BoxBound& bound) const;
   /// Indices of the conditions that some lengths of the box break.
   std::vector<int> find_active_conditions(const LengthBox& box) const;
   /// Whether all scales are positive on the box; otherwise there is no bound.

@@ -67,7 +67,9 @@ class ConditionsJudge : public LengthDesignJudge {
   bool is_design(const VectorX& x) const {
     const study::DesignInstance instance = space_.instantiate(x);
     if (!instance.mode_issue.empty()) return false;
-    const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
+    ConditionOptions options;
+    options.about = find_moment_reference(space_);
+    const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals, options);
     if (conditions.status != ConditionsStatus::done) return false;
     if (numerics::max_abs(scaled_residuals(conditions, conditions::term_values(instance.mechanism))) >
         balance_tolerance)
@@ -349,10 +351,10 @@ class Tree {
 
   /// Masses at given lengths.
   struct PointDesign {
-    bool is_feasible = true;   ///< without sizes and choices
-    double value = infinity;   ///< infinite: there is none below the limit, or none was found
-    BoxBound masses;           ///< without corner_masses: none
-    int programs = 0;          ///< that were solved
+    bool is_feasible = true;  ///< without sizes and choices
+    double value = infinity;  ///< infinite: there is none below the limit, or none was found
+    BoxBound masses;          ///< without corner_masses: none
+    int programs = 0;         ///< that were solved
 
     bool has_masses() const { return !masses.corner_masses.empty(); }
   };
@@ -382,7 +384,8 @@ class Tree {
       double distance = 0;
       std::vector<DesignPart> parts = domain.divide_elements(part, masses);
       if (parts.empty()) parts = domain.divide_masses(part, masses, distance);
-      if (parts.empty()) {
+      if (parts.empty()) settle(program, lengths, part, point);
+      if (parts.empty() && point.bound < best.value) {
         best.value = point.bound;
         best.masses = std::move(point);
       }
@@ -390,6 +393,19 @@ class Tree {
     }
     if (!best.has_masses()) best.value = infinity;
     return best;
+  }
+
+  /// With moments, the relaxation may have a counterweight at several places. Where it stands at their centre, inertias
+  /// and ratios may take up the difference.
+  static void settle(const BoxProgram& program, const VectorX& lengths, DesignPart& part, BoxBound& point) {
+    if (program.places().empty()) return;
+    LengthBox box = program.point_box(lengths, part.box);
+    const std::map<int, double> centres = program.list_centres(point);
+    for (const int number : program.places())
+      if (const auto found = centres.find(number); found != centres.end())
+        box.lower[number] = box.upper[number] = found->second;
+    point = program.bound(box, {}, part.masses);
+    if (point.corner_masses.empty()) point.bound = infinity;
   }
 
   /// Descends from the best design along one length at a time: an optimum between the corners is found long before
@@ -496,6 +512,7 @@ class Tree {
     for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
     for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i)
       place_counterweight(geometry.linkage.counterweights[i], i, point.masses, x);
+    for (const auto& [number, place] : programs_of(node).unconditional.list_centres(point.masses)) x[number] = place;
     for (std::size_t i = 0; i < geometry.linkage.inertias.size(); ++i) {
       const FreeInertia& inertia = geometry.linkage.inertias[i];
       if (inertia.number >= 0) x[inertia.number] = point.masses.inertias[i];
@@ -522,16 +539,7 @@ class Tree {
     const double mass = masses.sum();
     if (counterweight.mass_number >= 0) x[counterweight.mass_number] = mass;
     if (mass <= 0) return;
-    if (!point.places.empty()) {
-      const std::array<int, 3> numbers{counterweight.place_numbers[0], counterweight.place_numbers[1],
-                                       counterweight.spin.ratio_number};
-      Vector3 mean = Vector3::Zero();
-      for (Eigen::Index c = 0; c < masses.size(); ++c)
-        mean += masses[c] / mass * point.places[index][static_cast<std::size_t>(c)];
-      for (std::size_t i = 0; i < 3; ++i)
-        if (numbers[i] >= 0) x[numbers[i]] = mean[static_cast<Eigen::Index>(i)];
-      return;
-    }
+    if (!point.places.empty()) return;  // it has been placed
     // corners: x first, then y
     const bool has_two_y = counterweight.place_numbers[1] >= 0;
     VectorX high = VectorX::Zero(2);

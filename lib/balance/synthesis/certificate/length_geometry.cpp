@@ -15,7 +15,7 @@ namespace {
 /// Relative to the fixed masses' terms: residuals of conditions that count as met.
 constexpr double residual_tolerance = 1e-10;
 /// Of the largest polynomial: programs with more take longer than they are worth.
-constexpr Eigen::Index max_coefficients = 4000;
+constexpr Eigen::Index max_coefficients = 1100;
 
 class GeometryLister {
  public:
@@ -76,8 +76,7 @@ class GeometryLister {
     const auto is_positive = [&](const LengthPolynomial& scale) { return enclose_range(scale, box).first > 0; };
     if (!std::all_of(geometry.dual.positive.begin(), geometry.dual.positive.end(), is_positive))
       return "a length may vanish";
-    if (geometry.linkage.balances_moments &&
-        BoxProgram(geometry.linkage, geometry.dual, geometry.conditions).coefficient_count() > max_coefficients)
+    if (geometry.linkage.balances_moments && count_coefficients(geometry.dual, geometry.conditions) > max_coefficients)
       return "its polynomials have too many coefficients";
     std::tie(geometry.min_value, geometry.max_fixed_size) = enclose_range(geometry.linkage.fixed_size, box);
     geometry.impossibility_margin = residual_tolerance * max_multiplier * fixed_moment(geometry, box);
@@ -100,9 +99,9 @@ class GeometryLister {
       const double ratio = inertia.spin.ratio_number < 0 ? 0
                                                          : std::max(std::abs(box.lower[inertia.spin.ratio_number]),
                                                                     std::abs(box.upper[inertia.spin.ratio_number]));
-      moment += inertia.upper *
-                (largest_coefficient(dual.inertias[i].scale, coefficients[PlacedHeight::constant], box) +
-                 ratio * largest_coefficient(dual.inertias[i].scale, coefficients[PlacedHeight::ratio], box));
+      moment +=
+          inertia.upper * (largest_coefficient(dual.inertias[i].scale, coefficients[PlacedHeight::constant], box) +
+                           ratio * largest_coefficient(dual.inertias[i].scale, coefficients[PlacedHeight::ratio], box));
     }
     return moment;
   }

@@ -16,8 +16,8 @@
 namespace balance::certificate {
 namespace {
 
-/// Relative: both are solved to about 1e-10.
-constexpr double agreement_tolerance = 1e-9;
+/// Relative: both are solved to about 1e-10. With moments, the heights between places cost more of the bound.
+constexpr double agreement_tolerance = 1e-9, moment_agreement_tolerance = 1e-6;
 /// Relative to the largest entry of the conditions.
 constexpr double entry_round_off = 1e-14;
 /// Of the conditions' rows with length 1: the library's accuracy, with a margin.
@@ -184,7 +184,9 @@ std::optional<SampleConditions> derive_sample_conditions(const DesignSpace& spac
   const SampledMechanism sampled(space, linkage, x);
   const std::optional<Mechanism> empty = sampled.empty();
   if (!empty) return {};
-  const Conditions conditions = derive_conditions(*empty, goals_of(space, linkage));
+  ConditionOptions options;
+  options.about = find_moment_reference(space);
+  const Conditions conditions = derive_conditions(*empty, goals_of(space, linkage), options);
   if (conditions.status != ConditionsStatus::done || conditions.known_term_values.size() > 0) return {};
   const VectorX base = conditions::term_values(*empty);
   SampleConditions result;
@@ -257,8 +259,8 @@ double height_of(const Sample& sample, const PlanarLinkage& linkage, const Virtu
   const bool is_inertia = sample.element >= counterweights;
   const PlacedHeight& placed =
       is_inertia ? dual.inertias[sample.element - counterweights] : dual.placed[sample.element];
-  const RatioSpin& spin = is_inertia ? linkage.inertias[sample.element - counterweights].spin
-                                     : linkage.counterweights[sample.element].spin;
+  const RatioSpin& spin =
+      is_inertia ? linkage.inertias[sample.element - counterweights].spin : linkage.counterweights[sample.element].spin;
   const std::array<double, PlacedHeight::count> functions{1, sample.place[0], sample.place[1],
                                                           sample.place.head<2>().squaredNorm(),
                                                           spin.ratio_number < 0 ? 0 : x[spin.ratio_number]};
@@ -328,9 +330,10 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     if (!own) continue;
     ++compared;
     const double fixed = linkage.fixed_size.evaluate(x).real();
-    const bool agrees = std::isinf(*own)
-                            ? bound.bound > fixed + most
-                            : std::abs(bound.bound - *own) <= agreement_tolerance * (1 + std::abs(*own));
+    const double scale = 1 + std::abs(*own);
+    const double lowest = *own - (linkage.balances_moments ? moment_agreement_tolerance : agreement_tolerance) * scale;
+    const bool agrees = std::isinf(*own) ? bound.bound > fixed + most
+                                         : bound.bound <= *own + agreement_tolerance * scale && bound.bound >= lowest;
     if (!agrees || !has_same_rows(*conditions, linkage, dual, x))
       return "its conditions at random lengths are not those of its closures";
   }

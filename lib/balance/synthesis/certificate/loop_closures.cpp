@@ -115,6 +115,8 @@ class LinkageReader {
     values_ = evaluate_polynomials(space.recording->graph, variables_, inputs);
     linkage_.balances_forces = requires_force_or_static_balance(space);
     linkage_.balances_moments = has_moments && requires_moment_balance(space);
+    const Vector3 reference = find_moment_reference(space);
+    linkage_.moment_reference = {reference[0], reference[1]};
   }
 
   PlanarLinkage read() {
@@ -565,8 +567,8 @@ class LinkageReader {
     const double axis = constant(disc.axis[2], disc.name + "'s axis");
     VectorSum follower;
     for (const auto& term : disc.follows.terms)
-      follower = follower + rate_of(term.coordinate, polynomial(term.ratio, disc.name + "'s ratio") *
-                                                         Coefficient(axis < 0 ? -1 : 1));
+      follower = follower + rate_of(term.coordinate,
+                                    polynomial(term.ratio, disc.name + "'s ratio") * Coefficient(axis < 0 ? -1 : 1));
     const LengthPolynomial one = LengthPolynomial::constant(variables_, 1);
     const LengthPolynomial ratio = polynomial(disc.ratio, disc.name + "'s ratio");
     RatioSpin spin{spin_of(disc.body, one), {}, own_number(ratio)};
@@ -589,8 +591,8 @@ class LinkageReader {
     }
     for (std::size_t a = 0; a < mechanism_.attachments.size(); ++a) {
       const auto& attachment = mechanism_.attachments[a];
-      add_spin(attachment.name, inertia_of(attachment.inertia, attachment.name), {spin_of(attachment.body, one), {}, -1},
-               find_counterweight(static_cast<int>(a), -1));
+      add_spin(attachment.name, inertia_of(attachment.inertia, attachment.name),
+               {spin_of(attachment.body, one), {}, -1}, find_counterweight(static_cast<int>(a), -1));
     }
     for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) {
       const auto& disc = mechanism_.discs[d];
@@ -601,9 +603,8 @@ class LinkageReader {
 
   FreeCounterweight* find_counterweight(int attachment, int disc) {
     const auto found =
-        std::find_if(linkage_.counterweights.begin(), linkage_.counterweights.end(), [&](const FreeCounterweight& one) {
-          return one.attachment == attachment && one.disc == disc;
-        });
+        std::find_if(linkage_.counterweights.begin(), linkage_.counterweights.end(),
+                     [&](const FreeCounterweight& one) { return one.attachment == attachment && one.disc == disc; });
     return found == linkage_.counterweights.end() ? nullptr : &*found;
   }
 
@@ -728,8 +729,8 @@ class LinkageReader {
     }
     const LengthPolynomial zero, x0 = place_numbers[0] < 0 ? place[0] : zero,
                                  y0 = place_numbers[1] < 0 ? place[1] : zero;
-    counterweight.origin = turned(counterweight.body, x0 + y0 * imaginary_unit -
-                                                          references_[static_cast<std::size_t>(counterweight.body)]);
+    counterweight.origin = turned(counterweight.body,
+                                  x0 + y0 * imaginary_unit - references_[static_cast<std::size_t>(counterweight.body)]);
     for (const auto& x : ends[0])
       for (const auto& y : ends[1])
         counterweight.corners.push_back(turned(
@@ -798,9 +799,13 @@ bool requires_moment_balance(const DesignSpace& space) {
                   [](const Goal& goal) { return goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic; });
 }
 
+Vector3 find_moment_reference(const DesignSpace& space) {
+  return space.start.trajectories.empty() ? Vector3::Zero().eval() : space.start.trajectories.front().about;
+}
+
 bool requires_force_or_static_balance(const DesignSpace& space) {
-  return has_goal(
-      space, [](const Goal& goal) { return requires_force_balance(goal) || goal.kind == GoalKind::statics; });
+  return has_goal(space,
+                  [](const Goal& goal) { return requires_force_balance(goal) || goal.kind == GoalKind::statics; });
 }
 
 LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution, bool has_moments) {

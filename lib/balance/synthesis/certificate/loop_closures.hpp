@@ -109,7 +109,8 @@ struct PlanarLinkage {
   std::vector<int> sized_places;  ///< free numbers that are coordinates of counterweights, with sizes
   LengthPolynomial fixed_size;    ///< what the objective counts besides the free counterweights [kg]
   bool balances_forces = true;    ///< or statics, by gravity_direction
-  bool balances_moments = false;  ///< about the ground's origin; what follows is empty otherwise
+  bool balances_moments = false;  ///< what follows is empty otherwise
+  LengthPolynomial::Coefficient moment_reference = 0;  ///< in the ground's axes [m]
   std::vector<FreeInertia> inertias;
   VectorSum fixed_spin;  ///< Σ inertia · angular velocity of what has a given inertia [kg m²]
 };
@@ -133,6 +134,8 @@ using LengthSubstitution = std::map<int, LengthPolynomial>;
 
 /// Whether the goals of a design require that shaking moments vanish.
 bool requires_moment_balance(const DesignSpace& space);
+/// The point that moments are about: that of the first trajectory, in the world [m].
+Vector3 find_moment_reference(const DesignSpace& space);
 /// Whether they require that forces or static efforts vanish.
 bool requires_force_or_static_balance(const DesignSpace& space);
 

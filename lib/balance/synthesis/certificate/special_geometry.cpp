@@ -250,7 +250,8 @@ class GeometryFinder {
   void add_kites(const FourLinkLoop& loop) {
     const auto [a, c] = loop.pairs[0];
     const auto [b, d] = loop.pairs[1];
-    for (const auto& pairs : {std::array{std::array{a, b}, std::array{c, d}}, std::array{std::array{b, c}, std::array{d, a}}}) {
+    for (const auto& pairs :
+         {std::array{std::array{a, b}, std::array{c, d}}, std::array{std::array{b, c}, std::array{d, a}}}) {
       SpecialGeometry geometry;
       geometry.box = box_;
       geometry.closures = linkage_.closures;

@@ -81,7 +81,8 @@ class VirtualLinkageBuilder {
     const auto k = static_cast<std::size_t>(counterweight.body);
     const int direction = linkage_.directions[k];
     const VectorSum origin = position(counterweight.body, counterweight.origin);
-    const VectorSum x{{direction, constant(linkage_.turns[k])}}, y{{direction, constant(linkage_.turns[k] * imaginary_unit)}};
+    const VectorSum x{{direction, constant(linkage_.turns[k])}},
+        y{{direction, constant(linkage_.turns[k] * imaginary_unit)}};
     ForceTerms forces{{PlacedHeight::constant, origin}};
     MomentTerms moments{{PlacedHeight::constant, origin, origin, one()}};
     const std::array<std::pair<std::size_t, VectorSum>, 2> axes{{{PlacedHeight::x, x}, {PlacedHeight::y, y}}};
@@ -185,8 +186,7 @@ class VirtualLinkageBuilder {
       if (u != v) product += at(a, v) * at(b, u).conjugate();
       product = product * factor;
       if (unknowns[0] >= 0) coefficients[static_cast<std::size_t>(unknowns[0])] += product.real();
-      if (unknowns[1] >= 0)
-        coefficients[static_cast<std::size_t>(unknowns[1])] += (product * imaginary_unit).real();
+      if (unknowns[1] >= 0) coefficients[static_cast<std::size_t>(unknowns[1])] += (product * imaginary_unit).real();
     }
   }
 
@@ -232,7 +232,8 @@ class VirtualLinkageBuilder {
 
   VectorSum position(int body, const LengthPolynomial& place) const {
     const auto k = static_cast<std::size_t>(body);
-    return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}};
+    const VectorSum reference{{0, constant(-linkage_.moment_reference)}};
+    return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}} + reference;
   }
 
   /// With a size that is positive on the box; none if it may vanish.
@@ -396,10 +397,10 @@ class VirtualLinkageBuilder {
   int unknowns_ = 0;
   std::vector<int> pivots_;  ///< per closure: the vector it is solved for
   std::vector<PolarForm> pivot_forms_;
-  std::vector<std::size_t> order_;        ///< in which the closures are solved
-  std::vector<LengthPolynomial> scales_;  ///< per vector: s_k
-  std::vector<UnknownSum> solutions_;     ///< per vector: its w
-  std::vector<LengthPolynomial> form_scales_;               ///< per vector that is no pivot: s_k
+  std::vector<std::size_t> order_;                         ///< in which the closures are solved
+  std::vector<LengthPolynomial> scales_;                   ///< per vector: s_k
+  std::vector<UnknownSum> solutions_;                      ///< per vector: its w
+  std::vector<LengthPolynomial> form_scales_;              ///< per vector that is no pivot: s_k
   std::map<std::array<int, 2>, std::array<int, 2>> form_;  ///< per pair of vectors: the parts of W, −1: zero
 };
 
