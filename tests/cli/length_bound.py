@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import unittest
 
 import h5py
@@ -21,8 +22,8 @@ def spec(name):
 
 
 class LengthBounds(Case):
-    def design(self, path, *options, code=0):
-        done = run("design", path, "--json", "--seconds", "10", *options)
+    def design(self, path, *options, code=0, seconds=10):
+        done = run("design", path, "--json", "--seconds", str(seconds), *options)
         self.assertEqual(done.returncode, code, done.stderr)
         return json.loads(done.stdout)
 
@@ -65,6 +66,26 @@ class LengthBounds(Case):
         bound = self.design(simple, "--starts", "1")["length_bound"]
         self.assertEqual(list(bound), ["reason"])
         self.assertIn("added mass", bound["reason"])
+
+    def test_another_assembly_mode_is_allowed_where_only_masses_are_asked_for(self):
+        with open(spec("steph_box_1"), encoding="utf-8") as file:
+            text = file.read()
+        free = ("ey", "f", "g")
+        text = re.sub(r"(\w+): \{free: \[[^]]*\], start: ([\d.]+)\}", lambda m: m[0] if m[1] in free else f"{m[1]}: {m[2]}", text)
+        anywhere = self.write("any.yaml", text)
+        kept = self.write("kept.yaml", text.replace("minimize: added-mass", "minimize: added-mass, assembly_mode: start"))
+        done = run("design", anywhere, "--json", "--seconds", "10", "-o", self.path("best.yaml"))
+        best = json.loads(done.stdout)
+        self.assertEqual(best["optimality"], "proved-best")
+        self.assertTrue(any("in another assembly mode than the start values" in note for note in best["notes"]), best["notes"])
+        self.assertEqual(run("simulate", self.path("best.yaml")).returncode, 0)
+        mass = best["objective"]["value"]
+        same = self.design(kept, seconds=3)
+        self.assertGreater(same["objective"]["value"], mass * 1.005)
+        self.assertTrue(any(f"another assembly mode needs only {mass:.6g} kg" in note for note in same["notes"]), same["notes"])
+        # a figure along a motion depends on the mode
+        moved = self.write("moved.yaml", text.replace("minimize: added-mass", "minimize: added-mass, subject_to: [peak(torque) <= 1e6]"))
+        self.assertGreater(self.design(moved, seconds=2)["objective"]["value"], mass * 1.005)
 
     def test_bound_and_best_approach_each_other(self):
         progress = self.design(spec("five_box_1"))["length_bound"]["progress"]
