@@ -16,6 +16,26 @@ namespace {
 constexpr double residual_tolerance = 1e-10;
 /// Of the largest polynomial: programs with more take longer than they are worth.
 constexpr Eigen::Index max_coefficients = 1100;
+/// With more lengths, polynomials of moments have too many coefficients in any case.
+constexpr int max_moment_lengths = 8;
+
+/// Free numbers that the links, their masses and their places depend on.
+int count_lengths(const PlanarLinkage& linkage) {
+  int count = 0;
+  for (int number = 0; number < linkage.variables; ++number) {
+    const auto varies = [&](const VectorSum& sum) {
+      return std::any_of(sum.begin(), sum.end(), [&](const auto& term) { return term.second.has_variable(number); });
+    };
+    const bool occurs = std::any_of(linkage.closures.begin(), linkage.closures.end(),
+                                    [&](const LoopClosure& closure) { return varies(closure.links); }) ||
+                        std::any_of(linkage.tree_joints.begin(), linkage.tree_joints.end(), varies) ||
+                        std::any_of(linkage.masses.begin(), linkage.masses.end(), [&](const CarriedMass& carried) {
+                          return carried.place.has_variable(number) || carried.mass.has_variable(number);
+                        });
+    count += occurs ? 1 : 0;
+  }
+  return count;
+}
 
 class GeometryLister {
  public:
@@ -69,6 +89,8 @@ class GeometryLister {
       linkage.closures = special->closures;
       for (LoopClosure& closure : linkage.closures) substitute(substitution, closure);
     }
+    if (linkage.balances_moments && count_lengths(linkage) > max_moment_lengths)
+      return "it has too many lengths for conditions of moments";
     VirtualLinkageResult dual = make_virtual_linkage(linkage, box);
     if (!dual.linkage) return dual.reason;
     geometry.linkage = std::move(linkage);
