@@ -67,6 +67,29 @@ class LengthBounds(Case):
         self.assertEqual(list(bound), ["reason"])
         self.assertIn("added mass", bound["reason"])
 
+    def test_figures_along_a_motion_have_a_bound(self):
+        # the optimum at b = 0.33 by an independent program
+        found = self.design(spec("shaking_four_bar"))
+        bound = found["length_bound"]
+        self.assertAlmostEqual(found["objective"]["value"], 10.816371, delta=1e-5)
+        self.assertLessEqual(bound["relative_gap"], 1e-3)
+        self.assertLessEqual(bound["lower_bound"], 10.816371)
+        self.assertEqual(bound["unit"], "N")
+        for word in ("turn can be followed", "the motion's samples", "the assembly mode of the start values"):
+            self.assertIn(word, bound["coverage"])
+        lower = [one["lower_bound"] for one in bound["progress"]]
+        self.assertEqual(lower, sorted(lower))
+        dice = random.Random(1)
+        for _ in range(3):
+            there = run("design", spec("shaking_four_bar"), "--json", "--seconds", "2", "--set", f"b={dice.uniform(0.33, 0.4)!r}")
+            self.assertGreaterEqual(json.loads(there.stdout)["objective"]["value"], bound["lower_bound"])
+
+    def test_a_figure_without_a_bound_says_why(self):
+        with open(spec("shaking_four_bar"), encoding="utf-8") as file:
+            text = file.read()
+        mean = self.write("mean.yaml", text.replace("rms: shaking_force", "mean: shaking_force"))
+        self.assertIn("rms and peak", self.design(mean, "--starts", "1")["length_bound"]["reason"])
+
     def test_another_assembly_mode_is_allowed_where_only_masses_are_asked_for(self):
         with open(spec("steph_box_1"), encoding="utf-8") as file:
             text = file.read()

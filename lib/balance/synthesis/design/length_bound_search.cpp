@@ -3,6 +3,7 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
+#include "balance/synthesis/design/figure_bound_search.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <fmt/format.h>
@@ -348,6 +349,9 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
     if (found.reason.empty() && !apply_bound(problem, found, required, outcome))
       found.reason = "a design was found that is lighter than its bound";
     if (std::string note = search.find_other_mode(outcome); !note.empty()) outcome.notes.push_back(std::move(note));
+  } else if (!options.is_modular && options.excluded.empty() &&
+             minimises_motion_figures(requested.start.design.minimize)) {
+    outcome = solve_with_figure_bound(requested, requested.start.design.minimize, problem, found);
   } else {
     outcome = solve_design(problem);
   }
