@@ -16,13 +16,13 @@
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 #include "balance/synthesis/formulas/program_code.hpp"
 #include "balance/synthesis/formulas/symbolic_conditions.hpp"
+#include "balance_options.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/help.hpp"
 #include "cli/signals.hpp"
 #include "cli/validators.hpp"
-#include "balance_options.hpp"
 #include "state_options.hpp"
 
 #include <fmt/format.h>
@@ -393,7 +393,8 @@ FormulaSource read_source(const FormulaOptions& options, const std::string& text
 
 /// Reads the spec again, such that the numbers to solve for can have any value: parameters without their expressions,
 /// numbers of the mechanism as inputs.
-FormulaSource read_solvable_source(const FormulaOptions& options, const std::string& text, const FormulaSource& source) {
+FormulaSource read_solvable_source(const FormulaOptions& options, const std::string& text,
+                                   const FormulaSource& source) {
   formulas::SolveRequest request;
   try {
     request.unknowns = formulas::find_unknown_numbers(source.space.start.mechanism, source.texts, options.solve);

@@ -26,12 +26,13 @@ std::string line_of(const formulas::PrintedFormula& formula) {
 std::string solution_text(const PrintedSection& section) {
   std::string text;
   std::vector<std::string> values;
-  bool has_remaining = false;
+  bool has_remaining = false, has_contradiction = false;
   for (const auto& formula : section.formulas)
     if (formula.label.empty())
-      has_remaining = true;
+      (formula.text == "1" ? has_contradiction : has_remaining) = true;
     else if (formula.value)
       values.push_back(fmt::format("{} = {:.6g}", formula.label, *formula.value));
+  if (has_contradiction) text += "  a contradiction: no values of these numbers meet the goal\n";
   if (has_remaining) text += "  what is equal to 0 remains to be met\n";
   if (!section.nonzero.empty())
     text += fmt::format("  where {} {} not 0\n", fmt::join(section.nonzero, ", "),
@@ -104,10 +105,10 @@ std::string formulas_latex(const FormulasReportData& view) {
     if (section.is_left_out) text += "% " + length_note(section) + "\n";
     for (const auto& formula : section.formulas)
       text += "\\[ " +
-              (formula.label.empty() ? formula.text + " = 0"
-                                     : (formula.is_symbol ? formulas::latex_name(formula.label)
-                                                          : formulas::latex_label(formula.label)) +
-                                           " = " + formula.text) +
+              (formula.label.empty()
+                   ? formula.text + " = 0"
+                   : (formula.is_symbol ? formulas::latex_name(formula.label) : formulas::latex_label(formula.label)) +
+                         " = " + formula.text) +
               " \\]\n";
     for (const std::string& factor : section.nonzero) text += "\\[ " + factor + " \\neq 0 \\]\n";
     for (const auto& one : section.unsolved) text += "% " + one.name + " " + one.reason + "\n";

@@ -189,8 +189,8 @@ class TorqueSection {
       const RationalFunction factor = with_solution(entry(c));
       if (factor.is_zero()) continue;
       const auto factor_polynomial = as_polynomial(factor);
-      formula.products.push_back({rates_.C[c][u], factor_polynomial ? rates_.determinant
-                                                                    : rates_.determinant * factor.denominator,
+      formula.products.push_back({rates_.C[c][u],
+                                  factor_polynomial ? rates_.determinant : rates_.determinant * factor.denominator,
                                   factor_polynomial ? *factor_polynomial : factor.numerator});
       section_.terms += rates_.C[c][u].size() + formula.products.back().factor.size();
     }

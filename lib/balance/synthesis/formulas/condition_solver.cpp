@@ -1,6 +1,7 @@
 #include "balance/synthesis/formulas/condition_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <tuple>
 
@@ -14,6 +15,9 @@ struct LinearCondition {
   std::size_t unknown = 0;  ///< index into the list of unknowns
   Polynomial slope, rest;
 };
+
+/// A slope that is smaller than this part of another one is a zero with round-off.
+constexpr double vanishing_slope_ratio = 1e-9;
 
 class ConditionElimination {
  public:
@@ -48,24 +52,36 @@ class ConditionElimination {
     }));
   }
 
-  /// A slope without unknowns comes first, since it cannot vanish later; then a product, a condition with few unknowns,
-  /// the order of the unknowns, and a short condition.
+  /// A slope without unknowns comes first, since it cannot vanish later; then one that does not vanish with the ring's
+  /// values, a product, a condition with few unknowns, the order of the unknowns, and a short condition.
   std::optional<LinearCondition> find_pivot() const {
     std::optional<LinearCondition> best;
-    std::tuple<std::size_t, bool, std::size_t, std::size_t, std::size_t> best_rank;
+    std::tuple<std::size_t, bool, bool, std::size_t, std::size_t, std::size_t> best_rank;
+    const std::vector<double> largest = largest_slopes();
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const std::size_t others = count_unknowns(rows_[r]);
       for (std::size_t u = 0; others > 0 && u < unknowns_.size(); ++u) {
         auto coefficients = coefficients_of(rows_[r], unknowns_[u]);
         if (coefficients.rbegin()->first != 1) continue;
         const Polynomial& slope = coefficients[1];
-        const std::tuple rank(count_unknowns(slope), slope.size() > 1, others, u, rows_[r].size());
+        const bool vanishes = !(std::abs(evaluate_polynomial(slope)) > vanishing_slope_ratio * largest[u]);
+        const std::tuple rank(count_unknowns(slope), vanishes, slope.size() > 1, others, u, rows_[r].size());
         if (best && !(rank < best_rank)) continue;
         best = LinearCondition{r, u, slope, coefficients[0]};
         best_rank = rank;
       }
     }
     return best;
+  }
+
+  /// Per unknown, with the ring's values.
+  std::vector<double> largest_slopes() const {
+    std::vector<double> largest(unknowns_.size(), 0);
+    for (const Polynomial& row : rows_)
+      for (std::size_t u = 0; u < unknowns_.size(); ++u)
+        if (degree_in(row, unknowns_[u]) == 1)
+          largest[u] = std::max(largest[u], std::abs(evaluate_polynomial(coefficients_of(row, unknowns_[u])[1])));
+    return largest;
   }
 
   void eliminate(const LinearCondition& pivot) {
@@ -86,11 +102,16 @@ class ConditionElimination {
         known_factors_.push_back(std::move(factor));
   }
 
-  /// Divides a condition by what is known not to vanish.
+  /// Divides a condition by what is known not to vanish, such as lengths and gravity.
   Polynomial remove_known_factors(Polynomial row) const {
     if (row.is_zero()) return row;
     for (const Polynomial& factor : known_factors_)
       while (const auto quotient = divide_exactly(row, factor)) row = *quotient;
+    const Monomial lengths = common_monomial(row).select([&](int s, int) {
+      const SymbolKind kind = row.ring()->symbol(s).kind;
+      return kind == SymbolKind::length || kind == SymbolKind::gravity;
+    });
+    row = multiplied_by(row, lengths.inverse());
     return with_coprime_coefficients(row);
   }
 
@@ -126,7 +147,7 @@ class ConditionElimination {
     };
     if (std::none_of(conditions_.begin(), conditions_.end(), occurs_in)) return UnsolvedReason::absent;
     return std::any_of(solution.remaining.begin(), solution.remaining.end(), occurs_in) ? UnsolvedReason::nonlinear
-                                                                                       : UnsolvedReason::undetermined;
+                                                                                        : UnsolvedReason::undetermined;
   }
 
   const std::vector<Polynomial>& conditions_;

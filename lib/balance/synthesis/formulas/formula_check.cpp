@@ -179,7 +179,7 @@ class EngineComparison {
         const bool is_derived = section == conditions || section == solved || section == closures ||
                                 section == torques || section == solutions || section == balanced ||
                                 formula.name.ends_with("^2");
-        const auto text = texts_.find(text_key(s, k, formula.label()));
+        const auto text = texts_.find(text_key(s, k, section, formula.label()));
         if (!is_derived || text == texts_.end()) continue;
         const double denominator = polynomial_at(formula.denominator, y);
         double value = polynomial_at(formula.value, y) / denominator;

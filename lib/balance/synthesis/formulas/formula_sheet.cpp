@@ -105,13 +105,14 @@ std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSecti
   for (std::size_t s = 0; s < sections.size(); ++s)
     for (std::size_t k = 0; k < sections[s].formulas.size(); ++k) {
       const PrintedFormula& formula = sections[s].formulas[k];
-      texts[text_key(s, k, formula.label)] = formula.text;
+      texts[text_key(s, k, sections[s].section, formula.label)] = formula.text;
     }
   return texts;
 }
 
-std::string text_key(std::size_t s, std::size_t k, const std::string& label) {
-  return label.empty() ? std::to_string(s) + "." + std::to_string(k) : label;
+std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, const std::string& label) {
+  const bool is_of_solution = section == SheetSectionKind::solutions || section == SheetSectionKind::balanced;
+  return label.empty() || is_of_solution ? std::to_string(s) + "." + std::to_string(k) : label;
 }
 
 std::string latex_label(const std::string& label) {
@@ -270,7 +271,8 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   const SymbolicTree& tree = sheet.equations.tree;
   if (sheet.solution && !sheet.solution->unnamed.empty())
     sheet.notes.push_back(
-        "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's lengths");
+        "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's "
+        "lengths");
   std::string excluded;
   for (const std::string& kind : tree.excluded_terms) excluded += (excluded.empty() ? "" : ", ") + kind;
   if (!excluded.empty())
@@ -291,9 +293,8 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
 }  // namespace
 
 const std::vector<std::string>& sheet_section_names() {
-  static const std::vector<std::string> names{"inertia", "velocity",   "gravity",   "closures",
-                                              "solved",  "conditions", "regressor", "natural",
-                                              "torques", "solutions",  "balanced"};
+  static const std::vector<std::string> names{"inertia",   "velocity", "gravity", "closures",  "solved",  "conditions",
+                                              "regressor", "natural",  "torques", "solutions", "balanced"};
   return names;
 }
 
@@ -341,8 +342,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   if (options.solve) {
     sheet.solution = solve_balance_conditions(*sheet.ring, mechanism, e, *options.solve);
     add(SheetSectionKind::solutions, [&] { return make_solution_section(*sheet.ring, *sheet.solution); });
-    if (e.closure.empty())
-      add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
+    if (e.closure.empty()) add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
   }
   if (is_section_requested(options, SheetSectionKind::torques))
     add(SheetSectionKind::torques,

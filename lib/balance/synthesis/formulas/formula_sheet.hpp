@@ -104,7 +104,7 @@ struct PrintedSection {
   std::vector<PrintedFormula> formulas;
   std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
-  bool is_left_out = false;  ///< it has too many terms
+  bool is_left_out = false;                   ///< it has too many terms
   std::vector<std::string> nonzero = {};      ///< of solutions: what must not vanish
   std::vector<UnsolvedNumber> unsolved = {};  ///< of solutions
 };
@@ -117,8 +117,9 @@ struct PrintOptions {
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});
 
-/// Key of the k-th formula of the s-th section: its label or, for a condition, which has none, its position.
-std::string text_key(std::size_t s, std::size_t k, const std::string& label);
+/// Key of the k-th formula of the s-th section: its label or, for a condition, which has none, and for what belongs to a
+/// solution, whose labels are those of others, its position.
+std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, const std::string& label);
 
 /// Texts by text_key, for check_against_engine.
 std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSection>& sections);

@@ -11,7 +11,9 @@ namespace {
 /// Longer products of lengths are not searched for common divisors, which would take seconds.
 constexpr std::size_t max_divisor_terms = 4000;
 
-bool is_number(const Polynomial& p) { return p.size() == 1 && p.terms()[0].monomial.is_one() && p.terms()[0].wave == 0; }
+bool is_number(const Polynomial& p) {
+  return p.size() == 1 && p.terms()[0].monomial.is_one() && p.terms()[0].wave == 0;
+}
 
 bool has_negative_exponents(const Monomial& m) {
   for (int k = 0; k < m.size(); ++k)
@@ -25,8 +27,7 @@ Monomial common_monomial(const Monomial& a, const Monomial& b) {
   for (int i = 0, j = 0; i < a.size() || j < b.size();) {
     const bool left = j == b.size() || (i < a.size() && a.symbol(i) <= b.symbol(j));
     const bool right = i == a.size() || (j < b.size() && b.symbol(j) <= a.symbol(i));
-    shared.append(left ? a.symbol(i) : b.symbol(j),
-                  std::min(left ? a.exponent(i) : 0, right ? b.exponent(j) : 0));
+    shared.append(left ? a.symbol(i) : b.symbol(j), std::min(left ? a.exponent(i) : 0, right ? b.exponent(j) : 0));
     i += left ? 1 : 0;
     j += right ? 1 : 0;
   }
@@ -276,7 +277,8 @@ RationalFunction substitute(const Polynomial& p, int symbol, const RationalFunct
 }
 
 RationalFunction substitute(const RationalFunction& f, int symbol, const RationalFunction& value) {
-  const RationalFunction over = substitute(f.numerator, symbol, value), under = substitute(f.denominator, symbol, value);
+  const RationalFunction over = substitute(f.numerator, symbol, value),
+                         under = substitute(f.denominator, symbol, value);
   if (under.is_zero()) throw FormulaError("a denominator vanishes");
   return {over.numerator * under.denominator, over.denominator * under.numerator};
 }

@@ -40,9 +40,9 @@ struct SolveRequest {
 struct SolvedConditions {
   std::vector<Goal> goals;
   std::vector<UnknownNumber> unknowns;
-  std::vector<int> symbols;   ///< per unknown
-  std::vector<int> unnamed;   ///< coefficients that are numbers of this geometry
-  std::optional<int> rank;    ///< of the conditions, if they were derived numerically
+  std::vector<int> symbols;  ///< per unknown
+  std::vector<int> unnamed;  ///< coefficients that are numbers of this geometry
+  std::optional<int> rank;   ///< of the conditions, if they were derived numerically
   ConditionSolution solution;
   std::function<Conditions(const Mechanism&)> derive;
 };

@@ -39,14 +39,16 @@ int single_symbol(const Polynomial& p) {
 class UnknownFinder {
  public:
   UnknownFinder(const Mechanism& mechanism, const study::SpecNumberTexts& texts)
-      : texts_(texts), tree_(build_symbolic_tree(ring_, mechanism, texts)) {}
+      : texts_(texts),
+        tree_(build_symbolic_tree(ring_, mechanism, texts)),
+        is_planar_(mechanism.space == SpaceKind::planar) {}
 
   std::vector<UnknownNumber> find(const std::string& name) const {
     for (const study::ParameterText& parameter : texts_.parameters)
       if (parameter.name == name || identifier_name(parameter.name) == name) return {{name, parameter.name, ""}};
     std::vector<UnknownNumber> found;
     for (const auto& [path, number] : tree_.numbers->numbers())
-      if (is_path_named(path, name)) found.push_back({name, "", path});
+      if (is_path_named(path, name) && !(is_planar_ && path.ends_with("[2]"))) found.push_back({name, "", path});
     if (!found.empty()) return found;
     for (const auto& [path, number] : tree_.numbers->numbers())
       if (is_symbol_of(number, name)) return {{name, "", path}};
@@ -72,6 +74,7 @@ class UnknownFinder {
   const study::SpecNumberTexts& texts_;
   Ring ring_;
   SymbolicTree tree_;
+  bool is_planar_;
 };
 
 int find_symbol(const SymbolicTree& tree, const UnknownNumber& unknown) {
@@ -171,7 +174,7 @@ class BalancedEquations {
       for (const Entry& entry : *list) {
         section.terms += entry.value.numerator.size();
         if (is_decoupled && entry.value.is_zero()) continue;
-        SheetFormula formula = make_formula(is_decoupled ? "k" : "D", index_text(entry.indices), entry.value);
+        SheetFormula formula = make_factored_formula(is_decoupled ? "k" : "D", index_text(entry.indices), entry.value);
         if (is_decoupled) formula.indices = std::to_string(entry.indices[0] + 1);
         if (entry.value.is_zero())
           section.zero.push_back(formula.label());
@@ -193,6 +196,32 @@ class BalancedEquations {
     list.push_back({std::move(indices), std::move(value)});
   }
 
+  /// As a product, if a solved number's numerator is one of two factors: k = (J3 + J6)/J7 (J3 + J6 + J7).
+  SheetFormula make_factored_formula(std::string name, std::string indices, const RationalFunction& value) const {
+    if (value.is_zero() || value.denominator.size() != 1 || group_by_trigonometric(value.numerator).size() > 1)
+      return make_formula(std::move(name), std::move(indices), value);
+    for (const SolvedUnknown& one : solved_.solution.solved) {
+      if (one.value.numerator.size() < 2) continue;
+      const Polynomial first = multiplied_by(one.value.numerator, common_monomial(one.value.numerator).inverse());
+      const auto second = first.size() < 2 ? std::nullopt : divide_exactly(value.numerator, first);
+      if (!second || second->size() < 2 || second->size() + first.size() > value.numerator.size()) continue;
+      Monomial denominator = value.denominator.terms()[0].monomial;
+      FormulaProduct product{take_divisors(first, denominator), 1, take_divisors(*second, denominator)};
+      product.denominator = multiplied_by(value.denominator, denominator / value.denominator.terms()[0].monomial);
+      return {std::move(name), std::move(indices), {}, 1, "", {std::move(product)}};
+    }
+    return make_formula(std::move(name), std::move(indices), value);
+  }
+
+  /// Divides a sum by the powers of symbols that some of its terms contain, and the denominator, too.
+  static Polynomial take_divisors(const Polynomial& sum, Monomial& denominator) {
+    Monomial taken;
+    for (int k = 0; k < denominator.size(); ++k)
+      taken.append(denominator.symbol(k), std::min(denominator.exponent(k), degree_in(sum, denominator.symbol(k))));
+    denominator = denominator / taken;
+    return multiplied_by(sum, taken.inverse());
+  }
+
   std::string index_text(const std::vector<std::size_t>& indices) const {
     std::string text;
     for (const std::size_t index : indices) text += (n_ > 9 && !text.empty() ? "_" : "") + std::to_string(index + 1);
@@ -205,9 +234,8 @@ class BalancedEquations {
       const auto& terms = entry.value.numerator.terms();
       return std::all_of(terms.begin(), terms.end(), [&](const Term& term) {
         const Ring* ring = entry.value.numerator.ring();
-        return term.wave == 0 && term.monomial.select([&](int s, int) {
-                                        return ring->symbol(s).kind == SymbolKind::slide;
-                                      }).is_one();
+        return term.wave == 0 &&
+               term.monomial.select([&](int s, int) { return ring->symbol(s).kind == SymbolKind::slide; }).is_one();
       });
     };
     return std::all_of(others_.begin(), others_.end(), is_zero) &&
@@ -244,20 +272,29 @@ class SolutionComparison {
         sampler_(*sheet.ring, model_),
         random_(seed),
         is_fixed_(model_.inputs().size(), false) {
-    for (const int symbol : solved_.symbols) unknown_inputs_.push_back(model_.input_of(sheet.ring->symbol(symbol).source));
-    if (!solved_.unnamed.empty()) fix_geometry(mechanism);
+    for (const int symbol : solved_.symbols)
+      unknown_inputs_.push_back(model_.input_of(sheet.ring->symbol(symbol).source));
+    while (sheet.sections[section_].section != SheetSectionKind::solutions) ++section_;
     mechanism_ = mechanism;
+    if (!solved_.unnamed.empty()) fix_geometry();
   }
 
   void run(FormulaCheck& check) {
     for (const SolvedUnknown& one : solved_.solution.solved)
-      if (unknown_inputs_[index_of(one.symbol)] < 0) return note(check, "its numbers cannot be set one by one");
+      if (unknown_inputs_[index_of(one.symbol)] < 0)
+        return note(check, "the solution was not compared with the engine: its numbers cannot be set one by one");
     compare_states(check);
-    if (check.solution_states == 0 && has_special_geometry_ && fix_geometry(mechanism_)) compare_states(check);
+    if (check.solution_states == 0 && has_special_geometry_) {
+      fix_geometry();
+      compare_states(check);
+    }
     if (check.solution_states == 0)
-      note(check, "no other numbers were found that meet what remains and can be assembled");
+      note(check,
+           "the solution was not compared with the engine: no other numbers were found that meet what remains and can "
+           "be "
+           "assembled");
     else if (has_fixed_geometry_)
-      note(check, "it was checked with other masses, but only with the lengths of the spec", false);
+      note(check, "the solution was compared with the engine at other masses, but only at the lengths of the spec");
   }
 
  private:
@@ -290,8 +327,8 @@ class SolutionComparison {
   }
 
   /// Keeps the numbers that change lengths and ratios, as far as they are not solved for.
-  bool fix_geometry(const Mechanism& mechanism) {
-    const auto numbers = conditions::list_geometric_parameters(mechanism);
+  void fix_geometry() {
+    const auto numbers = conditions::list_geometric_parameters(mechanism_);
     const auto values_at = [&](const std::vector<double>& inputs) {
       const Mechanism other = model_.build_mechanism(model_.evaluate_nodes(inputs));
       std::vector<double> values;
@@ -304,7 +341,7 @@ class SolutionComparison {
       inputs[i] = inputs[i] == 0 ? 0.1 : 1.1 * inputs[i];
       is_fixed_[i] = values_at(inputs) != before;
     }
-    return has_fixed_geometry_ = true;
+    has_fixed_geometry_ = true;
   }
 
   /// Moves the numbers to where the remaining conditions vanish, by Gauss and Newton with the least relative change.
@@ -319,14 +356,15 @@ class SolutionComparison {
       MatrixX jacobian(residual.size(), static_cast<Eigen::Index>(inputs.size()));
       std::vector<double> scales;
       for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const bool is_solved = std::find(unknown_inputs_.begin(), unknown_inputs_.end(), static_cast<int>(i)) !=
-                               unknown_inputs_.end();
+        const bool is_solved =
+            std::find(unknown_inputs_.begin(), unknown_inputs_.end(), static_cast<int>(i)) != unknown_inputs_.end();
         scales.push_back(is_fixed_[i] && !is_solved ? 0 : std::max(std::abs(start[i]), 1e-3));
         std::vector<double> changed = inputs;
         const double difference = 1e-6 * scales.back();
         changed[i] += difference;
-        jacobian.col(static_cast<Eigen::Index>(i)) =
-            difference == 0 ? VectorX::Zero(residual.size()).eval() : ((remaining_at(changed) - residual) / 1e-6).eval();
+        jacobian.col(static_cast<Eigen::Index>(i)) = difference == 0
+                                                         ? VectorX::Zero(residual.size()).eval()
+                                                         : ((remaining_at(changed) - residual) / 1e-6).eval();
       }
       numerics::CompleteOrthogonalDecomposition solver;
       solver.setThreshold(1e-8);
@@ -356,17 +394,17 @@ class SolutionComparison {
     const ScopedSymbolValues values(*sheet_.ring, model_.evaluate_nodes(inputs));
     std::map<std::string, double> names;
     for (const Symbol& symbol : sheet_.ring->symbols()) names[symbol.name] = symbol.value;
-    for (const SolvedUnknown& one : solved_.solution.solved) {
-      const double value = evaluate_text(texts_.at(sheet_.ring->symbol(one.symbol).name), names);
+    for (std::size_t k = 0; k < solved_.solution.solved.size(); ++k) {
+      const SolvedUnknown& one = solved_.solution.solved[k];
+      const double value = evaluate_text(texts_.at(text_key(section_, k, SheetSectionKind::solutions, "")), names);
       if (!std::isfinite(value)) return false;
       inputs[static_cast<std::size_t>(unknown_inputs_[index_of(one.symbol)])] = value;
     }
     return true;
   }
 
-  static void note(FormulaCheck& check, const std::string& reason, bool unchecked = true) {
-    check.note += (check.note.empty() ? "" : "; ") +
-                  (unchecked ? "the solution was not compared with the engine: " + reason : "of the solution, " + reason);
+  static void note(FormulaCheck& check, const std::string& text) {
+    check.note += (check.note.empty() ? "" : "; ") + text;
   }
 
   const FormulaSheet& sheet_;
@@ -375,6 +413,7 @@ class SolutionComparison {
   const ParametricModel& model_;
   const ParameterSampler sampler_;
   Mechanism mechanism_;
+  std::size_t section_ = 0;  ///< of the solution
   std::mt19937_64 random_;
   std::vector<int> unknown_inputs_;  ///< per unknown; −1: none
   std::vector<bool> is_fixed_;       ///< per input: it keeps the spec's value

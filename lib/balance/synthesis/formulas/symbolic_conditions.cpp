@@ -146,12 +146,13 @@ bool has_symbolic_conditions(const Mechanism& mechanism, const std::vector<Goal>
   const bool is_open = is_open_chain(mechanism);
   const bool has_known_terms = !mechanism.loads.empty() || !mechanism.friction.empty();
   return is_open && !has_known_terms && std::all_of(goals.begin(), goals.end(), [&](const Goal& goal) {
-    const bool is_actuated = mechanism.actuators.size() + mechanism.couplings.size() == mechanism.coordinates.size();
-    using enum GoalKind;
-    const bool is_derived = goal.kind == statics || goal.kind == gyroscopic || goal.kind == gyroscopic_independent ||
-                            goal.kind == decoupled;
-    return !goal.is_fully && (goal.kind == force || (is_derived && is_actuated));
-  });
+           const bool is_actuated =
+               mechanism.actuators.size() + mechanism.couplings.size() == mechanism.coordinates.size();
+           using enum GoalKind;
+           const bool is_derived = goal.kind == statics || goal.kind == gyroscopic ||
+                                   goal.kind == gyroscopic_independent || goal.kind == decoupled;
+           return !goal.is_fully && (goal.kind == force || (is_derived && is_actuated));
+         });
 }
 
 std::vector<Polynomial> derive_symbolic_conditions(const SymbolicEquations& e, const std::vector<Goal>& goals) {
@@ -185,7 +186,8 @@ class ConditionConverter {
         const dynamics::Parameter& parameter = conditions_.parameters[p];
         if (parameter.owner_kind == dynamics::ParameterOwner::load ||
             parameter.owner_kind == dynamics::ParameterOwner::friction)
-          throw FormulaError("the conditions contain loads or friction, which have no symbols: --without excludes them");
+          throw FormulaError(
+              "the conditions contain loads or friction, which have no symbols: --without excludes them");
         const Polynomial quantity = parameter_polynomial(parameter);
         if (!quantity.is_zero()) sum += coefficient(row, static_cast<int>(p), value) * quantity;
       }
@@ -207,8 +209,8 @@ class ConditionConverter {
     const double size = std::abs(value);
     for (const auto& [known, symbol] : unnamed_)
       if (std::abs(known - size) < unit_tolerance * size) return signed_symbol(symbol, value);
-    unnamed_.emplace_back(
-        size, ring_.add_symbol("c" + std::to_string(unnamed_.size() + 1), SymbolKind::dimensionless, size));
+    unnamed_.emplace_back(size,
+                          ring_.add_symbol("c" + std::to_string(unnamed_.size() + 1), SymbolKind::dimensionless, size));
     return signed_symbol(unnamed_.back().second, value);
   }
 
