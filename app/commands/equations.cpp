@@ -191,29 +191,20 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,torques selects sections, --code c prints a\n"
+      "closures,solved,conditions,regressor,natural,efforts selects sections, --code c prints a\n"
       "program. Everything printed has been read back and compared with numerical results.\n\n"
-      "--solve NAMES solves the balancing conditions of --goal (default: the spec's) for parameters,\n"
-      "symbols of the formulas or paths of the spec, as far as they are linear in them one after the\n"
-      "other, and prints what is left of the equations with these numbers. Denominators that must not\n"
-      "vanish, conditions that remain and numbers that stay free are stated.\n\n"
+      "--solve solves the balancing conditions of --goal for parameters, symbols of the formulas or\n"
+      "paths of the spec, one after the other, and prints what is left of the equations then.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
       "M', velocity terms D'_krs and B', weight, springs and loads z'; the contributions to every\n"
-      "torque; and the base parameters: the combinations of inertial parameters that the equation\n"
-      "depends on.\n"
-      "--speeds prints the equation in speeds of your choice; --constraints adds sums of rates that\n"
-      "are zero, such as the slip of a wheel. A coordinate's name stands for its rate. The tool's\n"
-      "velocity is x y z along the world's axes and u v w along its body's axes; its angular velocity\n"
-      "is angle in the plane, and rx ry rz or p q r in space. Factors are in SI units.\n"
-      "Files contain the matrices at the pose or, if --at names a trajectory, at all its samples.\n\n"
+      "torque; and the base parameters, on which the equation depends. In --speeds, a coordinate's\n"
+      "name stands for its rate, tool.x y z for the tool's velocity along the world's axes, u v w along\n"
+      "its body's; angle in the plane, rx ry rz or p q r in space for its angular velocity; SI.\n\n"
       "Examples:\n"
-      "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
-      "  balance equations 5r.yaml --code c\n"
       "  balance equations spatial-rrr.yaml --solve lg2,Jy2,Jy3,beta --goal decoupled\n"
-      "  balance equations planar-rrr.yaml --at start\n"
+      "  balance equations 5r.yaml --code c\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
       "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\"\n"
-      "  balance equations 3rrr.yaml --at end --only natural --latex\n"
       "  balance equations 3rrr.yaml --at cycloid -o equations.h5");
   return {parser, [options] { return run(*options); }};
 }
@@ -237,14 +228,24 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--json"))
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
-  parser.add_flag("--expand", o.expand, "substitute parameters that are expressions of others")->excludes(at);
+  parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas of any length")->excludes(at);
   CLI::Option* solve = parser.add_option("--solve", o.solve, "solve the balancing conditions for these numbers");
   solve->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
   solve->excludes(parser.get_option("--code"));
-  add_goal_options(parser, o.goal);
-  for (const char* name : {"--goal", "--strategy", "--without", "--seed"}) parser.get_option(name)->needs(solve);
+  suggest_words(parser.add_option("-g,--goal", o.goal.goals, "the goal of --solve (default: the spec's)")
+                    ->type_name("GOAL")
+                    ->allow_extra_args(false)
+                    ->needs(solve),
+                study::goal_names());
+  parser.add_option("--strategy", o.goal.strategy, "of the conditions: complete (default) or modular")
+      ->type_name("NAME")
+      ->needs(solve);
+  parser.add_option("--without", o.goal.without, "what the goal ignores: friction, loads, ...")
+      ->type_name("NAMES")
+      ->allow_extra_args(false)
+      ->needs(solve);
   for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
 }
 
@@ -408,6 +409,8 @@ FormulaSource read_solvable_source(const FormulaOptions& options, const std::str
       if (parameter.name == unknown.parameter && !parameter.is_plain)
         read.set.emplace_back(parameter.name, fmt::format("{:.17g}", parameter.value.value()));
   }
+  for (std::string& path : formulas::list_inertial_paths(source.space.start.mechanism, source.texts))
+    read.inputs.insert(std::move(path));
   FormulaSource solvable = read_source(options, text, read);
   const Study& study = solvable.space.start;
   const reports::BalanceRequest balance = make_balance_query(options.goal, study);

@@ -24,17 +24,15 @@ struct Letters {
   }
   int symbol(const std::string& name) const {
     const auto& all = ring.symbols();
-    return static_cast<int>(
-        std::find_if(all.begin(), all.end(), [&](const Symbol& one) { return one.name == name; }) - all.begin());
+    return static_cast<int>(std::find_if(all.begin(), all.end(), [&](const Symbol& one) { return one.name == name; }) -
+                            all.begin());
   }
   static Polynomial number(const std::string& text) { return {Rational::parse(text)}; }
   Polynomial name(const std::string& one) { return Polynomial::of_symbol(ring, symbol(one)); }
   static bool is_function(const std::string&) { return false; }
   static Polynomial call(const std::string&, const Polynomial&) { return {}; }
   static Polynomial power(const Polynomial& base, int exponent) { return balance::formulas::power(base, exponent); }
-  static Polynomial quotient(const Polynomial& a, const Polynomial& b) {
-    return a * balance::formulas::power(b, -1);
-  }
+  static Polynomial quotient(const Polynomial& a, const Polynomial& b) { return a * balance::formulas::power(b, -1); }
   Polynomial read(const std::string& text) { return FormulaParser<Polynomial, Letters>(text, *this).read(); }
 
   ConditionSolution solve(const std::vector<std::string>& conditions, const std::vector<std::string>& unknowns) {
@@ -53,7 +51,8 @@ struct Letters {
 
 TEST_CASE("the greatest common divisor of two products is the product of what they share") {
   Letters l;
-  const Polynomial p = l.read("(a + b - 2 c) (a^2 - b)"), q = l.read("6 a (c x + y)^2"), shared = l.read("3 b (a x - y)");
+  const Polynomial p = l.read("(a + b - 2 c) (a^2 - b)"), q = l.read("6 a (c x + y)^2"),
+                   shared = l.read("3 b (a x - y)");
   const Polynomial found = greatest_common_divisor(p * shared, q * shared);
   CHECK(found == with_coprime_coefficients(shared));
   CHECK(greatest_common_divisor(p, q) == Polynomial(1));

@@ -135,9 +135,9 @@ ClosureRates find_closure_rates(const SymbolicEquations& e, const std::vector<in
   return rates;
 }
 
-class TorqueSection {
+class EffortSection {
  public:
-  TorqueSection(const Mechanism& mechanism, const SymbolicEquations& equations, const SolvedConditions* solved)
+  EffortSection(const Mechanism& mechanism, const SymbolicEquations& equations, const SolvedConditions* solved)
       : e_(equations),
         solved_(solved),
         n_(equations.tree.columns.size()),
@@ -148,7 +148,7 @@ class TorqueSection {
     std::string names;
     for (const int column : independent_)
       names += (names.empty() ? "" : ", ") + e_.tree.columns[static_cast<std::size_t>(column)];
-    section_.section = SheetSectionKind::torques;
+    section_.section = SheetSectionKind::efforts;
     section_.heading = "Torques of " + names +
                        " that move the mechanism: that of the i-th has U_ij times the acceleration of coordinate j, "
                        "U_ijk times the rates of j and k, for both orders, and U_i";
@@ -210,9 +210,9 @@ class TorqueSection {
 
 }  // namespace
 
-SheetSection make_torque_section(const Mechanism& mechanism, const SymbolicEquations& equations,
+SheetSection make_effort_section(const Mechanism& mechanism, const SymbolicEquations& equations,
                                  const SolvedConditions* solved) {
-  return TorqueSection(mechanism, equations, solved).make();
+  return EffortSection(mechanism, equations, solved).make();
 }
 
 }  // namespace balance::formulas

@@ -23,7 +23,7 @@ Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p);
 /// u_i = Σ_j U_ij q̈_j + Σ_jk U_ijk q̇_j q̇_k + U_i (P0 eq. 108, 109). Without loops, U are D.
 /// @param solved numbers that are substituted; nullptr: none
 /// @throws FormulaError if the closures are not solved
-SheetSection make_torque_section(const Mechanism& mechanism, const SymbolicEquations& equations,
+SheetSection make_effort_section(const Mechanism& mechanism, const SymbolicEquations& equations,
                                  const SolvedConditions* solved);
 
 }  // namespace balance::formulas

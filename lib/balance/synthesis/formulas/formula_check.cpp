@@ -177,7 +177,7 @@ class EngineComparison {
         const SheetSectionKind section = sheet_.sections[s].section;
         using enum SheetSectionKind;
         const bool is_derived = section == conditions || section == solved || section == closures ||
-                                section == torques || section == solutions || section == balanced ||
+                                section == efforts || section == solutions || section == balanced ||
                                 formula.name.ends_with("^2");
         const auto text = texts_.find(text_key(s, k, section, formula.label()));
         if (!is_derived || text == texts_.end()) continue;

@@ -135,7 +135,7 @@ bool is_section_requested(const SheetOptions& options, SheetSectionKind section)
   using enum SheetSectionKind;
   const auto& only = options.only;
   const bool is_of_solution = section == solutions || section == balanced;
-  if (only.empty()) return options.solve ? is_of_solution : !is_of_solution && section != torques;
+  if (only.empty()) return options.solve ? is_of_solution : !is_of_solution && section != efforts;
   return std::find(only.begin(), only.end(), section) != only.end();
 }
 
@@ -294,7 +294,7 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
 
 const std::vector<std::string>& sheet_section_names() {
   static const std::vector<std::string> names{"inertia",   "velocity", "gravity", "closures",  "solved",  "conditions",
-                                              "regressor", "natural",  "torques", "solutions", "balanced"};
+                                              "regressor", "natural",  "efforts", "solutions", "balanced"};
   return names;
 }
 
@@ -344,9 +344,9 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     add(SheetSectionKind::solutions, [&] { return make_solution_section(*sheet.ring, *sheet.solution); });
     if (e.closure.empty()) add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
   }
-  if (is_section_requested(options, SheetSectionKind::torques))
-    add(SheetSectionKind::torques,
-        [&] { return make_torque_section(mechanism, e, sheet.solution ? &*sheet.solution : nullptr); });
+  if (is_section_requested(options, SheetSectionKind::efforts))
+    add(SheetSectionKind::efforts,
+        [&] { return make_effort_section(mechanism, e, sheet.solution ? &*sheet.solution : nullptr); });
   add_notes(mechanism, sheet);
   return sheet;
 }

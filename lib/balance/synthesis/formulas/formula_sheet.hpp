@@ -23,7 +23,7 @@ enum class SheetSectionKind {
   conditions,
   regressor,
   natural,
-  torques,    ///< without the closures
+  efforts,    ///< without the closures
   solutions,  ///< conditions solved for named numbers
   balanced,   ///< the equations of motion with these
 };
@@ -70,7 +70,7 @@ struct FormulaSheet {
 };
 
 struct SheetOptions {
-  /// Empty: all sections that the mechanism has, except the regressor, natural coordinates and torques; with numbers to
+  /// Empty: all sections that the mechanism has, except the regressor, natural coordinates and efforts; with numbers to
   /// solve for, `solutions` and `balanced`. With the regressor, all formulas are written in inertial parameters about
   /// the bodies' origins.
   std::vector<SheetSectionKind> only;

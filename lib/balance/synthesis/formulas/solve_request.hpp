@@ -26,6 +26,10 @@ struct UnknownNumber {
 std::vector<UnknownNumber> find_unknown_numbers(const Mechanism& mechanism, const study::SpecNumberTexts& texts,
                                                 const std::vector<std::string>& names);
 
+/// Paths of the masses, their places, moments of inertia and stiffnesses that the spec states as plain numbers. As inputs
+/// of the recording they can be varied when a solution is checked.
+std::vector<std::string> list_inertial_paths(const Mechanism& mechanism, const study::SpecNumberTexts& texts);
+
 struct SolveRequest {
   std::vector<Goal> goals;
   std::vector<UnknownNumber> unknowns;  ///< each must be an input of the spec's recording

@@ -108,6 +108,20 @@ std::vector<UnknownNumber> find_unknown_numbers(const Mechanism& mechanism, cons
   return unknowns;
 }
 
+std::vector<std::string> list_inertial_paths(const Mechanism& mechanism, const study::SpecNumberTexts& texts) {
+  Ring ring;
+  const SymbolicTree tree = build_symbolic_tree(ring, mechanism, texts);
+  std::vector<std::string> paths;
+  for (const auto& [path, number] : tree.numbers->numbers()) {
+    const int symbol = single_symbol(number.value);
+    if (symbol < static_cast<int>(tree.model->parameters().size()) || !ring.symbol(symbol).source.is_constant())
+      continue;
+    const SymbolKind kind = ring.symbol(symbol).kind;
+    if (is_inertial(kind) || kind == SymbolKind::com_coordinate) paths.push_back(path);
+  }
+  return paths;
+}
+
 SolvedConditions solve_balance_conditions(Ring& ring, const Mechanism& mechanism, const SymbolicEquations& equations,
                                           const SolveRequest& request) {
   SolvedConditions solved{request.goals, request.unknowns, {}, {}, {}, {}, request.derive};
@@ -202,7 +216,8 @@ class BalancedEquations {
       return make_formula(std::move(name), std::move(indices), value);
     for (const SolvedUnknown& one : solved_.solution.solved) {
       if (one.value.numerator.size() < 2) continue;
-      const Polynomial first = multiplied_by(one.value.numerator, common_monomial(one.value.numerator).inverse());
+      const Polynomial first =
+          with_coprime_coefficients(multiplied_by(one.value.numerator, common_monomial(one.value.numerator).inverse()));
       const auto second = first.size() < 2 ? std::nullopt : divide_exactly(value.numerator, first);
       if (!second || second->size() < 2 || second->size() + first.size() > value.numerator.size()) continue;
       Monomial denominator = value.denominator.terms()[0].monomial;
@@ -213,11 +228,12 @@ class BalancedEquations {
     return make_formula(std::move(name), std::move(indices), value);
   }
 
-  /// Divides a sum by the powers of symbols that some of its terms contain, and the denominator, too.
+  /// Divides a sum by the powers of symbols that most of its terms contain, and the denominator, too.
   static Polynomial take_divisors(const Polynomial& sum, Monomial& denominator) {
     Monomial taken;
     for (int k = 0; k < denominator.size(); ++k)
-      taken.append(denominator.symbol(k), std::min(denominator.exponent(k), degree_in(sum, denominator.symbol(k))));
+      if (2 * derivative_by_symbol(sum, denominator.symbol(k)).size() >= sum.size())
+        taken.append(denominator.symbol(k), std::min(denominator.exponent(k), degree_in(sum, denominator.symbol(k))));
     denominator = denominator / taken;
     return multiplied_by(sum, taken.inverse());
   }
@@ -274,7 +290,8 @@ class SolutionComparison {
         is_fixed_(model_.inputs().size(), false) {
     for (const int symbol : solved_.symbols)
       unknown_inputs_.push_back(model_.input_of(sheet.ring->symbol(symbol).source));
-    while (sheet.sections[section_].section != SheetSectionKind::solutions) ++section_;
+    for (std::size_t s = 0; s < sheet.sections.size(); ++s)
+      if (sheet.sections[s].section == SheetSectionKind::solutions) section_ = s;
     mechanism_ = mechanism;
     if (!solved_.unnamed.empty()) fix_geometry();
   }
@@ -284,7 +301,8 @@ class SolutionComparison {
       if (unknown_inputs_[index_of(one.symbol)] < 0)
         return note(check, "the solution was not compared with the engine: its numbers cannot be set one by one");
     compare_states(check);
-    if (check.solution_states == 0 && has_special_geometry_) {
+    if (check.solution_states == 0 && !has_fixed_geometry_) {
+      // other lengths do not close the loops, or not in the special way of the spec's
       fix_geometry();
       compare_states(check);
     }
@@ -311,10 +329,8 @@ class SolutionComparison {
   void compare(const Mechanism& mechanism, FormulaCheck& check) {
     const Conditions conditions = solved_.derive(mechanism);
     if (conditions.status != ConditionsStatus::done) return;
-    if (solved_.rank && *solved_.rank != conditions.rank) {
-      has_special_geometry_ = true;  // relations between lengths that other lengths do not meet
-      return;
-    }
+    // relations between lengths that other lengths do not meet
+    if (solved_.rank && *solved_.rank != conditions.rank) return;
     const VectorX residuals = scaled_residuals(conditions, dynamics::parameter_values(mechanism));
     const double error = residuals.size() == 0 ? 0 : numerics::max_abs(residuals);
     check.solution_error = std::isnan(error) ? error : std::max(check.solution_error, error);
@@ -396,7 +412,10 @@ class SolutionComparison {
     for (const Symbol& symbol : sheet_.ring->symbols()) names[symbol.name] = symbol.value;
     for (std::size_t k = 0; k < solved_.solution.solved.size(); ++k) {
       const SolvedUnknown& one = solved_.solution.solved[k];
-      const double value = evaluate_text(texts_.at(text_key(section_, k, SheetSectionKind::solutions, "")), names);
+      const auto text = texts_.find(text_key(section_, k, SheetSectionKind::solutions, ""));
+      const double value = text != texts_.end()
+                               ? evaluate_text(text->second, names)
+                               : evaluate_polynomial(one.value.numerator) / evaluate_polynomial(one.value.denominator);
       if (!std::isfinite(value)) return false;
       inputs[static_cast<std::size_t>(unknown_inputs_[index_of(one.symbol)])] = value;
     }
@@ -413,11 +432,11 @@ class SolutionComparison {
   const ParametricModel& model_;
   const ParameterSampler sampler_;
   Mechanism mechanism_;
-  std::size_t section_ = 0;  ///< of the solution
+  std::size_t section_ = std::numeric_limits<std::size_t>::max();  ///< of the solution, if it is printed
   std::mt19937_64 random_;
   std::vector<int> unknown_inputs_;  ///< per unknown; −1: none
   std::vector<bool> is_fixed_;       ///< per input: it keeps the spec's value
-  bool has_special_geometry_ = false, has_fixed_geometry_ = false;
+  bool has_fixed_geometry_ = false;
 };
 
 }  // namespace
