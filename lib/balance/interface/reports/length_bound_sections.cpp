@@ -68,11 +68,11 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
     lower.push_back(one.lower_bound);
     best.push_back(one.best);
   }
+  const std::string unit = bound.unit.empty() ? "mixed" : bound.unit;
   const hdf5::Hdf5Writer::Dimension time =
       file.add_dimension(group, {"seconds", "computing time of the bound", "s", {}, {}}, seconds);
-  file.add_variable(group, {"lower_bound", "no design has less", bound.unit, {time}, {}},
-                    std::span<const double>(lower));
-  file.add_variable(group, {"best", "best design so far", bound.unit, {time}, {}}, std::span<const double>(best));
+  file.add_variable(group, {"lower_bound", "no design has less", unit, {time}, {}}, std::span<const double>(lower));
+  file.add_variable(group, {"best", "best design so far", unit, {time}, {}}, std::span<const double>(best));
   const double gap = relative_gap(bound), boxes = static_cast<double>(bound.nodes);
   file.add_variable(group, {"relative_gap", "best minus lower bound, relative to best", "1", {}, {}},
                     std::span(&gap, 1));
