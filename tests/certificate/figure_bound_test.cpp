@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <memory>
 #include <random>
 #include <string>
@@ -37,7 +38,7 @@ struct FigureCase {
   /// @param part of the lengths' intervals about the start values
   FigureCase(const std::string& name, const std::string& before, const std::string& design,
              const std::vector<std::string>& lengths, double part) {
-    const std::string text = replace_text(read_text(name), before, "design: {minimize: \"" + design + "\"}");
+    const std::string text = replace_text(read_text(name), before, "design: {minimize: " + design + "}");
     DesignSpace all = read_design_space(text, name + ".yaml");
     std::vector<int> free;
     for (std::size_t i = 0; i < all.start.free_numbers.size(); ++i) {
@@ -113,15 +114,16 @@ struct FigureCase {
 const char* const crank_design = "design: {goal: force, minimize: added-mass}";
 const char* const tool_design = "design: {goal: static, minimize: added-mass}";
 
-std::vector<FigureCase> all_cases() {
-  std::vector<FigureCase> cases;
+std::deque<FigureCase> all_cases() {
+  std::deque<FigureCase> cases;  // the models refer to their cases, which must not move
   cases.emplace_back("slider_crank", crank_design, "rms(shaking_force)", std::vector<std::string>{"a", "b"}, 0.5);
   cases.emplace_back("slider_crank", crank_design, "peak(torque)", std::vector<std::string>{"b"}, 0.5);
   cases.emplace_back("four_box_1", crank_design, "rms(shaking_moment)", std::vector<std::string>{"a"}, 0.5);
   cases.emplace_back("five_box_1", tool_design, "rms(torque)", std::vector<std::string>{"a11"}, 0.2);
   cases.emplace_back("five_box_1", tool_design, "peak(shaking_force)", std::vector<std::string>{"a12"}, 0.2);
-  cases.emplace_back("watt_box_1", crank_design, "rms(torque) + 2 peak(shaking_force)", std::vector<std::string>{"ex"},
-                     0.2);
+  cases.emplace_back("watt_box_1", crank_design,
+                     "[{rms: torque, along: go}, {peak: shaking_force, along: go, weight: 2}]",
+                     std::vector<std::string>{"ex"}, 0.2);
   return cases;
 }
 
@@ -287,7 +289,7 @@ TEST_CASE("a box's bound is below the least figure at all of its lengths") {
 }
 
 TEST_CASE("the bound over all lengths never falls, and closes") {
-  const FigureCase one("four_box_1", crank_design, "rms(shaking_force)", {"b"}, 0.2);
+  const FigureCase one("slider_crank", crank_design, "rms(shaking_force)", {"b"}, 0.5);
   FigureBoundSearch search(one.space, one.problem, *one.rows, {});
   double before = 0;
   search.run([&] {
@@ -305,7 +307,7 @@ TEST_CASE("the bound over all lengths never falls, and closes") {
 TEST_CASE("what has no bound is refused in words") {
   const auto reason_of = [](const std::string& name, const std::string& before, const std::string& after,
                             const std::string& design) {
-    std::string text = replace_text(read_text(name), crank_design, "design: {minimize: \"" + design + "\"}");
+    std::string text = replace_text(read_text(name), crank_design, "design: {minimize: " + design + "}");
     if (!before.empty()) text = replace_text(text, before, after);
     const DesignSpace space = design::follow_assembly_mode(read_design_space(text, name + ".yaml"), true);
     std::string reason;

@@ -57,7 +57,7 @@ struct LengthCertificate {
 
 struct LengthBound {
   std::string reason;       ///< empty: there is a bound; else completes "no certificate because …"
-  std::string unit = "kg";  ///< of bound and best
+  std::string unit = "kg";  ///< of bound and best; empty: a sum of several
   double lower_bound = 0;   ///< no answer is lighter [kg], whatever the least number is; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/certificate/figure_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/figure_request.hpp"
@@ -22,7 +23,7 @@ constexpr double figure_first_time_fraction = 0.1, figure_max_first_seconds = 0.
 /// Part of the remaining time for the search.
 constexpr double figure_search_time_fraction = 0.75;
 /// Time that the bound may take after a short search [s]; after a longer one, as long as that took.
-constexpr double figure_min_second_seconds = 1;
+constexpr double figure_min_second_seconds = 3;
 /// Relative: a search from the lengths that the bound found promises at least this improvement.
 constexpr double figure_min_improvement = 1e-5;
 /// Relative: a design that is better than the bound by more refutes it.
@@ -49,7 +50,6 @@ class FigureBoundedSearch {
   /// With the best design found; with a reason if it is refuted.
   LengthBound bound(const DesignOutcome& outcome) const {
     LengthBound result = tree_.result();
-    result.unit = problem_.objective->unit;
     if (!result.reason.empty()) return result;
     result.remarks.emplace_back("figures are those of the motion's samples, in the assembly mode of the start values");
     if (!figures_.ignored.empty())
@@ -133,6 +133,7 @@ DesignOutcome solve_with_figure_bound(const DesignSpace& space, const std::vecto
   FigureBoundedSearch search(space, figures, *rows, problem);
   DesignOutcome outcome = search.solve();
   bound = search.bound(outcome);
+  bound.unit = simulation::objective_unit(terms, space.start.mechanism);
   if (bound.reason.empty() && is_design(outcome)) raise_lower_bound(outcome, bound.lower_bound);
   return outcome;
 }
