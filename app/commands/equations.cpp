@@ -8,12 +8,15 @@
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/text_file.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 #include "balance/synthesis/formulas/program_code.hpp"
+#include "balance/synthesis/formulas/symbolic_conditions.hpp"
+#include "balance_options.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
@@ -48,6 +51,8 @@ struct EquationsOptions : StateOptions {
   // of formulas only
   std::string code;  ///< `c` or `python`; empty: none
   bool expand = false, numbers = false, all = false;
+  std::vector<std::string> solve;  ///< numbers for which the conditions of `goal` are solved
+  GoalOptions goal;
 };
 
 void add_equations_options(CLI::App& parser, EquationsOptions& options);
@@ -72,6 +77,8 @@ struct FormulaOptions {
   std::vector<std::string> only;
   std::string code;  ///< `c` or `python`; empty: formulas
   bool latex = false, numbers = false, expand = false, all = false;
+  std::vector<std::string> solve;
+  GoalOptions goal;
 };
 
 /// @throws UsageError for unknown sections
@@ -158,8 +165,8 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
-    return print_formulas(
-        {options.spec, options.only, options.code, options.latex, options.numbers, options.expand, options.all});
+    return print_formulas({options.spec, options.only, options.code, options.latex, options.numbers, options.expand,
+                           options.all, options.solve, options.goal});
   choose_sections(options);
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
@@ -184,8 +191,12 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural selects sections, --code c prints a program.\n"
-      "Everything printed has been read back and compared with numerical results.\n\n"
+      "closures,solved,conditions,regressor,natural,torques selects sections, --code c prints a\n"
+      "program. Everything printed has been read back and compared with numerical results.\n\n"
+      "--solve NAMES solves the balancing conditions of --goal (default: the spec's) for parameters,\n"
+      "symbols of the formulas or paths of the spec, as far as they are linear in them one after the\n"
+      "other, and prints what is left of the equations with these numbers. Denominators that must not\n"
+      "vanish, conditions that remain and numbers that stay free are stated.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
       "M', velocity terms D'_krs and B', weight, springs and loads z'; the contributions to every\n"
       "torque; and the base parameters: the combinations of inertial parameters that the equation\n"
@@ -198,6 +209,7 @@ Command setup_equations(CLI::App& program) {
       "Examples:\n"
       "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
       "  balance equations 5r.yaml --code c\n"
+      "  balance equations spatial-rrr.yaml --solve lg2,Jy2,Jy3,beta --goal decoupled\n"
       "  balance equations planar-rrr.yaml --at start\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
       "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\"\n"
@@ -228,6 +240,11 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
   parser.add_flag("--expand", o.expand, "substitute parameters that are expressions of others")->excludes(at);
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas of any length")->excludes(at);
+  CLI::Option* solve = parser.add_option("--solve", o.solve, "solve the balancing conditions for these numbers");
+  solve->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
+  solve->excludes(parser.get_option("--code"));
+  add_goal_options(parser, o.goal);
+  for (const char* name : {"--goal", "--strategy", "--without", "--seed"}) parser.get_option(name)->needs(solve);
   for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
 }
 
@@ -349,6 +366,9 @@ std::vector<formulas::SheetSectionKind> sections_of(const FormulaOptions& option
       throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "),
                                    quote_for_message(name), append_nearest_name(name, names)));
     sections.push_back(static_cast<formulas::SheetSectionKind>(at - names.begin()));
+    using enum formulas::SheetSectionKind;
+    if ((sections.back() == solutions || sections.back() == balanced) && options.solve.empty())
+      throw UsageError(fmt::format("--only {} needs --solve NAMES", name));
   }
   return sections;
 }
@@ -357,11 +377,63 @@ std::string title_of(const Study& study) {
   return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
 }
 
-void print_view(const FormulaOptions& options, const Study& study, const study::SpecNumberTexts& texts) {
+/// What is read to print formulas.
+struct FormulaSource {
+  DesignSpace space;
+  study::SpecNumberTexts texts;
+  std::optional<formulas::SolveRequest> solve;
+};
+
+FormulaSource read_source(const FormulaOptions& options, const std::string& text, const ReadOptions& read) {
+  FormulaSource source;
+  source.space = read_design_space(text, specification::display_name(options.spec.spec), read);
+  source.texts = read_spec_number_texts(source.space, read);
+  return source;
+}
+
+/// Reads the spec again, such that the numbers to solve for can have any value: parameters without their expressions,
+/// numbers of the mechanism as inputs.
+FormulaSource read_solvable_source(const FormulaOptions& options, const std::string& text,
+                                   const FormulaSource& source) {
+  formulas::SolveRequest request;
+  try {
+    request.unknowns = formulas::find_unknown_numbers(source.space.start.mechanism, source.texts, options.solve);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--solve: ") + error.what());
+  }
+  ReadOptions read = read_options(options.spec);
+  for (const formulas::UnknownNumber& unknown : request.unknowns) {
+    if (unknown.parameter.empty()) read.inputs.insert(unknown.path);
+    for (const study::NamedExpression& parameter : source.texts.recording->parameters)
+      if (parameter.name == unknown.parameter && !parameter.is_plain)
+        read.set.emplace_back(parameter.name, fmt::format("{:.17g}", parameter.value.value()));
+  }
+  FormulaSource solvable = read_source(options, text, read);
+  const Study& study = solvable.space.start;
+  const reports::BalanceRequest balance = make_balance_query(options.goal, study);
+  request.goals = balance.goals;
+  ConditionOptions condition_options;
+  condition_options.seed = balance.seed.value_or(condition_options.seed);
+  condition_options.excluded = balance.excluded;
+  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
+  request.derive = reports::make_conditions_deriver(balance.goals, balance.is_modular, condition_options,
+                                                    simulation::start_coordinates(study));
+  if (balance.is_modular || !balance.excluded.empty() ||
+      !formulas::has_symbolic_conditions(study.mechanism, balance.goals)) {
+    reports::ConditionsReportData conditions = derive_conditions_or_throw(options.goal, solvable.space);
+    request.conditions = std::move(conditions.conditions);
+    request.names = std::move(conditions.names);
+  }
+  solvable.solve = std::move(request);
+  return solvable;
+}
+
+void print_view(const FormulaOptions& options, const FormulaSource& source) {
+  const Study& study = source.space.start;
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
   const formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, texts, {sections_of(options), expressions});
+      formulas::make_sheet(study.mechanism, source.texts, {sections_of(options), expressions, source.solve});
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
@@ -386,20 +458,19 @@ void print_view(const FormulaOptions& options, const Study& study, const study::
 ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
   const std::string text = specification::read_text_file(options.spec.spec, "spec");
-  const DesignSpace space =
-      read_design_space(text, specification::display_name(options.spec.spec), read_options(options.spec));
-  const Study& study = space.start;
+  FormulaSource source = read_source(options, text, read_options(options.spec));
+  if (!options.solve.empty()) source = read_solvable_source(options, text, source);
+  const Study& study = source.space.start;
   reject_temporary_payloads(study, "equations of motion");
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
-  const study::SpecNumberTexts texts = read_spec_number_texts(space, read_options(options.spec));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   try {
     if (options.code.empty()) {
-      print_view(options, study, texts);
+      print_view(options, source);
     } else {
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      print(formulas::generate_program(study.mechanism, texts, language));
+      print(formulas::generate_program(study.mechanism, source.texts, language));
     }
   } catch (const formulas::FormulaError& error) {
     throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());

@@ -118,6 +118,23 @@ class LengthBounds(Case):
             if before["best"] is not None:
                 self.assertLessEqual(after["best"], before["best"])
 
+    def test_points_of_a_front_have_the_bound_of_their_mass(self):
+        with open(spec("four_box_1"), encoding="utf-8") as file:
+            text = file.read()
+        request = "design: {goal: force, front: {of: [added-mass, added-inertia], points: 3}, search: {starts: 1}}"
+        file = self.write("front.yaml", text.replace("design: {goal: force, minimize: added-mass}", request))
+        done = run("design", file, "--json")
+        front = json.loads(done.stdout)["front"]
+        best = self.design(spec("four_box_1"))["objective"]["value"]
+        self.assertAlmostEqual(front["figures"][0]["lower_bound"], best, delta=1e-6 * best)
+        self.assertIn("the proof covers", front["figures"][0]["coverage"])
+        for point in front["points"]:
+            self.assertGreaterEqual(point["values"][0], front["figures"][0]["lower_bound"] * (1 - 1e-9))
+            if point["minimized"] == 0:
+                self.assertGreaterEqual(point["lower_bound"], front["figures"][0]["lower_bound"] * (1 - 1e-9))
+                self.assertLessEqual(point["lower_bound"], point["values"][0] * (1 + 1e-9))
+        self.assertIn("bound of a: the proof covers", run("design", file).stdout)
+
     def test_the_design_file_has_it(self):
         file = self.path("design.h5")
         self.assert_quiet_success(run("design", spec("four_hi_4"), "--h5", file, "-q"))

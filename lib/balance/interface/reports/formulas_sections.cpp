@@ -14,8 +14,32 @@ namespace {
 
 using formulas::PrintedSection;
 
+Json formula_json(const formulas::PrintedFormula& formula) {
+  return {{"name", formula.label}, {"formula", formula.text}};
+}
+
 std::string line_of(const formulas::PrintedFormula& formula) {
   return formula.label.empty() ? formula.text + " = 0" : formula.label + " = " + formula.text;
+}
+
+/// What must not vanish, what is not solved for, and values with the spec's numbers.
+std::string solution_text(const PrintedSection& section) {
+  std::string text;
+  std::vector<std::string> values;
+  bool has_remaining = false, has_contradiction = false;
+  for (const auto& formula : section.formulas)
+    if (formula.label.empty())
+      (formula.text == "1" ? has_contradiction : has_remaining) = true;
+    else if (formula.value)
+      values.push_back(fmt::format("{} = {:.6g}", formula.label, *formula.value));
+  if (has_contradiction) text += "  a contradiction: no values of these numbers meet the goal\n";
+  if (has_remaining) text += "  what is equal to 0 remains to be met\n";
+  if (!section.nonzero.empty())
+    text += fmt::format("  where {} {} not 0\n", fmt::join(section.nonzero, ", "),
+                        section.nonzero.size() == 1 ? "is" : "are");
+  for (const auto& one : section.unsolved) text += fmt::format("  {} {}\n", one.name, one.reason);
+  if (!values.empty()) text += fmt::format("  with the spec's numbers: {}\n", fmt::join(values, ", "));
+  return text;
 }
 
 std::string length_note(const PrintedSection& section) {
@@ -57,7 +81,9 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
     if (section.is_left_out) text += "  " + length_note(section) + "\n";
     for (const auto& formula : section.formulas) text += "  " + line_of(formula) + "\n";
     if (!section.zero.empty()) text += fmt::format("  zero: {}\n", fmt::join(section.zero, ", "));
-    if (section.formulas.empty() && section.zero.empty() && !section.is_left_out) text += "  none: always met\n";
+    if (section.section == formulas::SheetSectionKind::solutions) text += solution_text(section);
+    if (section.formulas.empty() && section.zero.empty() && !section.is_left_out && section.unsolved.empty())
+      text += "  none: always met\n";
   }
   text += symbols_line(view);
   for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
@@ -65,6 +91,9 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
   const std::string perturbed_note = view.check.perturbed_states > 0
                                          ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
                                          : "";
+  if (view.check.solution_states > 0)
+    text += fmt::format("the solution meets the engine's conditions with {} sets of other numbers: {:.0e}\n",
+                        view.check.solution_states, view.check.solution_error);
   text += fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
   return files::wrap_lines(text, width);
 }
@@ -76,9 +105,13 @@ std::string formulas_latex(const FormulasReportData& view) {
     if (section.is_left_out) text += "% " + length_note(section) + "\n";
     for (const auto& formula : section.formulas)
       text += "\\[ " +
-              (formula.label.empty() ? formula.text + " = 0"
-                                     : formulas::latex_label(formula.label) + " = " + formula.text) +
+              (formula.label.empty()
+                   ? formula.text + " = 0"
+                   : (formula.is_symbol ? formulas::latex_name(formula.label) : formulas::latex_label(formula.label)) +
+                         " = " + formula.text) +
               " \\]\n";
+    for (const std::string& factor : section.nonzero) text += "\\[ " + factor + " \\neq 0 \\]\n";
+    for (const auto& one : section.unsolved) text += "% " + one.name + " " + one.reason + "\n";
   }
   return text;
 }
@@ -87,15 +120,19 @@ std::string formulas_json(const FormulasReportData& view) {
   Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
   json["sections"] = Json::array();
   for (const PrintedSection& section : view.sections) {
-    Json formulas = Json::array();
-    for (const auto& formula : section.formulas)
-      formulas.push_back({{"name", formula.label}, {"formula", formula.text}});
     json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},
                                 {"meaning", section.heading},
                                 {"terms", section.terms},
                                 {"too_long", section.is_left_out},
-                                {"formulas", formulas},
+                                {"formulas", files::list_json(section.formulas, formula_json)},
                                 {"zero", section.zero}});
+    if (section.section != formulas::SheetSectionKind::solutions) continue;
+    Json& added = json["sections"].back();
+    for (std::size_t k = 0; k < section.formulas.size(); ++k)
+      added["formulas"][k]["value"] = section.formulas[k].value ? Json(*section.formulas[k].value) : Json();
+    added["nonzero"] = section.nonzero;
+    added["unsolved"] = Json::array();
+    for (const auto& one : section.unsolved) added["unsolved"].push_back({{"name", one.name}, {"reason", one.reason}});
   }
   json["symbols"] = Json::object();
   for (const auto& symbol : view.sheet->ring->symbols())
@@ -106,6 +143,8 @@ std::string formulas_json(const FormulasReportData& view) {
   if (!view.check.note.empty()) json["notes"].push_back(view.check.note);
   json["checked"] = {
       {"states", view.check.states}, {"other_numbers", view.check.perturbed_states}, {"error", view.check.error}};
+  if (view.sheet->solution)
+    json["solution_checked"] = {{"states", view.check.solution_states}, {"error", view.check.solution_error}};
   json["warnings"] = view.warnings;
   return files::format_json(json);
 }

@@ -270,9 +270,10 @@ Study read_start_study(const std::string& text, const YamlNode* root, const std:
   return std::move(draft.study);
 }
 
-ReadResult read_study(const std::string& text, const std::string& file_name,
-                      const SpecParameters::Overrides& overrides) {
+ReadResult read_study(const std::string& text, const std::string& file_name, const SpecParameters::Overrides& overrides,
+                      const std::set<std::string>& inputs) {
   StudyBuilder draft(file_name);
+  draft.requested_inputs = inputs;
   read_document(text, nullptr, overrides, draft);
   return {std::move(draft.study), std::move(draft.recording)};
 }

@@ -15,9 +15,10 @@ struct ReadResult {
   std::shared_ptr<const study::Recording> recording;
 };
 
+/// @param inputs key paths of numbers that become inputs of the recording, as in ReadOptions
 /// @throws SpecError listing everything that is wrong, in document order
-ReadResult read_study(const std::string& text, const std::string& file_name,
-                      const SpecParameters::Overrides& overrides);
+ReadResult read_study(const std::string& text, const std::string& file_name, const SpecParameters::Overrides& overrides,
+                      const std::set<std::string>& inputs = {});
 
 /// The same without a recording, for a single reading.
 /// @param root the text's document; null: it is parsed here

@@ -35,7 +35,7 @@ Study read_spec_file(const std::string& path, const ReadOptions& options) {
 }
 
 DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options) {
-  ReadResult reading = read_study(text, file_name, options.set);
+  ReadResult reading = read_study(text, file_name, options.set, options.inputs);
   return {std::move(reading.start), std::move(reading.recording)};
 }
 

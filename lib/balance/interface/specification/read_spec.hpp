@@ -6,6 +6,7 @@
 #include "balance/motion/study/study.hpp"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@ struct YamlNode;
 struct ReadOptions {
   /// Parameters to override, name and value; the value may be an expression over the other parameters.
   std::vector<std::pair<std::string, std::string>> set;
+  /// Key paths of numbers of the mechanism that become inputs of the recording, whatever the spec computes them from.
+  std::set<std::string> inputs = {};
 };
 
 /// @param text the spec, UTF-8, at most 4 MiB

@@ -266,6 +266,11 @@ Expression read_exact(const SpecCursor& at, StudyBuilder& draft, Dimension dimen
     check_sign(at, value.value(), sign);
     const Expression number = value * unit;
     require_finite(at, number.value());
+    if (draft.requested_inputs.contains(at.path())) {
+      const auto [entry, is_new] = draft.inputs.try_emplace(at.path());
+      if (is_new) entry->second = draft.add_input(number.value());
+      return entry->second;
+    }
     return draft.load_names.empty() ? number : register_load_parameter(at, draft, number, dimension, sign);
   }
   if (const auto existing = draft.inputs.find(at.path()); existing != draft.inputs.end()) return existing->second;

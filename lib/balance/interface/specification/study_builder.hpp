@@ -106,6 +106,7 @@ struct StudyBuilder {
   std::vector<NodeLocation> body_places;       ///< of the bodies' names, in the order of mechanism.bodies
   std::map<std::size_t, BodyKeys> body_texts;  ///< of bodies that could be read, by their index
   std::map<std::string, Expression> inputs;    ///< of free_numbers by key path: several trajectories may share a number
+  std::set<std::string> requested_inputs;      ///< key paths of other numbers that become inputs
   std::set<std::string> load_names;            ///< under `design: for`
   std::vector<LoadParameterEntry> load_numbers;  ///< numbers of the mechanism with one of these names
   std::set<std::string> adapted;                 ///< paths of free numbers under `design: adapt`

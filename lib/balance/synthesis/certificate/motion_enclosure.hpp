@@ -4,7 +4,7 @@
 ///
 /// Closures and drive are equations f(y, l) = 0 of the tree's coordinates y. Krawczyk's operator shows that they have
 /// exactly one solution near the one known in the middle of the box, for each l of the box; by continuity it is the same
-/// assembly. Implicit differentiation in interval arithmetic gives the rest. Derivation: docs/certificate.md, section 13.
+/// assembly. Implicit differentiation in interval arithmetic gives the rest. Derivation: docs/certificate.md, section 14.
 
 #include "balance/foundation/base/interval_jet.hpp"
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"

@@ -57,7 +57,9 @@ DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& 
 std::string find_obstacle(const DesignSpace& requested, const DesignStudyOptions& options) {
   if (options.is_modular) return "the conditions are those of the modular strategy";
   if (!options.excluded.empty()) return "parts of the mechanism are left out";
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
+  // moments count where nothing else does: they need more than forces do
+  const certificate::LinkageReading reading =
+      certificate::read_linkage(requested, {}, !certificate::requires_force_or_static_balance(requested));
   if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return no_free_length;
   return reading.reason;
 }

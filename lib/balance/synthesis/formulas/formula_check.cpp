@@ -8,6 +8,7 @@
 #include "balance/synthesis/formulas/formula_parser.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 #include "balance/synthesis/formulas/parameter_sampler.hpp"
+#include "balance/synthesis/formulas/solved_conditions.hpp"
 #include "balance/synthesis/verification/natural_points.hpp"
 #include "balance/synthesis/verification/natural_terms.hpp"
 
@@ -174,16 +175,25 @@ class EngineComparison {
       for (std::size_t k = 0; k < sheet_.sections[s].formulas.size(); ++k) {
         const SheetFormula& formula = sheet_.sections[s].formulas[k];
         const SheetSectionKind section = sheet_.sections[s].section;
-        const bool is_derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved ||
-                                section == SheetSectionKind::closures || formula.name.ends_with("^2");
-        const auto text = texts_.find(text_key(s, k, formula.label()));
+        using enum SheetSectionKind;
+        const bool is_derived = section == conditions || section == solved || section == closures ||
+                                section == torques || section == solutions || section == balanced ||
+                                formula.name.ends_with("^2");
+        const auto text = texts_.find(text_key(s, k, section, formula.label()));
         if (!is_derived || text == texts_.end()) continue;
-        const double denominator = polynomial_at(formula.denominator, y),
-                     value = polynomial_at(formula.value, y) / denominator;
+        const double denominator = polynomial_at(formula.denominator, y);
+        double value = polynomial_at(formula.value, y) / denominator;
         if (formula.name == "Delta") names["Delta"] = value;
         double size = 0;
         for (const Term& term : formula.value.terms())
           size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / denominator);
+        for (const FormulaProduct& product : formula.products) {
+          const double part = polynomial_at(product.numerator, y) / polynomial_at(product.denominator, y) *
+                              polynomial_at(product.factor, y);
+          value += part;
+          size += std::abs(part);
+        }
+        if (!std::isfinite(value) && section == solutions) continue;  // a factor that must not vanish does
         const double deviation = std::abs(evaluate_text(text->second, names) - value);
         max_error = std::max(max_error, deviation / std::max(size, 1e-300));
       }
@@ -405,9 +415,11 @@ FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std:
   for (int attempts = 0; check.states < options.states && attempts < max_pose_attempts; ++attempts)
     if (comparison.compare(check.error)) ++check.states;
   check.is_consistent = check.states == options.states && check.error < check_tolerance;
+  if (options.with_perturbed_parameters && check.is_consistent)
+    check_solution(sheet, texts, mechanism, options.seed, check);
   if (check.states < options.states)
     check.reason = "not enough poses were found at which the loops close";
-  else if (!check.is_consistent)
+  else if (!check.is_consistent && check.reason.empty())
     check.reason = "the formulas differ from the engine";
   return check;
 }

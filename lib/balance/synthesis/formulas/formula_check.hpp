@@ -12,8 +12,10 @@ namespace balance::formulas {
 
 struct FormulaCheck {
   int states = 0;
-  int perturbed_states = 0;  ///< those with other numbers than the spec's
-  double error = 0;          ///< maximum, relative to the terms that were added up
+  int perturbed_states = 0;   ///< those with other numbers than the spec's
+  double error = 0;           ///< maximum, relative to the terms that were added up
+  int solution_states = 0;    ///< sets of other numbers at which a solution met the engine's conditions
+  double solution_error = 0;  ///< maximum residual there, relative to the conditions' terms
   bool is_consistent = false;
   std::string reason;  ///< one sentence if the check was impossible or found a difference
   std::string note;    ///< one sentence if the formulas agree, but could not be compared with other numbers

@@ -241,12 +241,18 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
   }
   const bool has_trivial_key = key.monomial.is_one() && key.wave == 0;
   negative = !has_trivial_key && sorted(rest)[0].coefficient.sign() < 0;
-  const Printed inner = format(negative ? -rest : rest, depth + 1);
-  if (has_trivial_key) return inner;
+  if (has_trivial_key) return format(rest, depth + 1);
+  // a number that all terms share belongs in front of the key: 2 m (a + b), not m 2 (a + b)
+  Term content = content_of(rest);
+  if (const Rational smallest = smallest_common_factor(rest);
+      content.coefficient == Rational(1) && !content.monomial.is_one() && smallest.sign() != 0)
+    content.coefficient = smallest;
+  const Rational shared = content.wave == 0 ? content.coefficient : Rational(1);
+  const Printed inner = format(Polynomial(Rational(negative ? -1 : 1) / shared) * rest, depth + 1);
   const Monomial numerator = positive_part(key.monomial), denominator = negative_part(key.monomial).inverse();
   Printed printed = bracketed(inner);
-  if (!numerator.is_one()) {
-    const Printed leading = term(numerator, 1, 0);
+  if (!numerator.is_one() || !(shared == Rational(1))) {
+    const Printed leading = term(numerator, shared, 0);
     printed.text = leading.text + " " + printed.text;
     printed.size += leading.size;
   }

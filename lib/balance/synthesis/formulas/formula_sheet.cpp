@@ -1,151 +1,40 @@
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 
+#include "balance/synthesis/formulas/closure_solution.hpp"
+#include "balance/synthesis/formulas/solved_conditions.hpp"
+#include "balance/synthesis/formulas/symbolic_conditions.hpp"
+
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace balance::formulas {
 
-// Conditions for a mechanism without loops to be balanced, with symbols for its lengths.
-
-/// Rows that must vanish for polynomials to vanish at every pose: the coefficients of all waves, without common lengths
-/// and without duplicates. Combinations of shorter rows are removed as far as they are recognised.
-std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entries);
-
-/// One section per goal: static, force, gyroscopic, decoupled.
-std::vector<SheetSection> make_condition_sections(const SymbolicEquations& equations);
-
-// Loop closures, solved for the rates of some coordinates.
-
-/// Larger systems are not solved: the determinant becomes longer than the closures.
-inline constexpr std::size_t max_solved_closures = 4;
-
-/// q̇ of dependent columns = C · q̇ of independent ones, by Cramer's rule; the determinant has the first formula. Empty
-/// if there are more than max_solved_closures equations, or if their number is not that of the dependent columns.
-/// @param independent columns
-std::vector<SheetFormula> solve_closures(const SymbolicEquations& equations, const std::vector<int>& independent);
-
-/// Replaces sums of angles around a loop by the angle of the joint that closes it, if that is shorter.
-Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p);
-
 namespace {
 
-/// Longer lists are not searched for combinations, since the search takes quadratic time.
-constexpr std::size_t max_compared_rows = 300;
+std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options);
 
-/// Equations with more terms have no readable conditions.
-constexpr std::size_t max_condition_terms = 6000;
-
-/// The powers of lengths and gravity that all terms share. Coordinates of slides are functions of the pose instead.
-Monomial common_lengths(const Polynomial& p) {
-  Monomial common = p.terms()[0].monomial.select([&](int s, int) {
-    const auto kind = p.ring()->symbol(s).kind;
-    return kind == SymbolKind::length || kind == SymbolKind::gravity;
-  });
-  for (const Term& term : p.terms()) {
-    Monomial shared;
-    for (int k = 0; k < common.size(); ++k)
-      shared.append(common.symbol(k), std::min(common.exponent(k), term.monomial.exponent_of(common.symbol(k))));
-    common = shared;
+/// value + (numerator/denominator) (factor) + …
+std::string sum_text(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
+  const bool latex = options.style == PrintStyle::latex;
+  const std::string open = latex ? "\\left(" : "(", close = latex ? "\\right)" : ")";
+  std::string text;
+  if (!formula.value.is_zero())
+    text = text_of({formula.name, formula.indices, formula.value, formula.denominator, formula.denominator_name},
+                   printer, options);
+  for (const FormulaProduct& product : formula.products) {
+    std::string ratio = text_of({"", "", product.numerator, product.denominator, ""}, printer, options);
+    const std::string factor = text_of({"", "", product.factor, 1, ""}, printer, options);
+    if (ratio.find(" + ") != std::string::npos || ratio.find(" - ") != std::string::npos) ratio = open + ratio + close;
+    const bool negative = ratio.starts_with('-');
+    text += text.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
+    text += ratio.substr(negative ? 1 : 0) + " " + open + factor + close;
   }
-  return common;
+  return text.empty() ? "0" : text;
 }
-
-/// Coefficients of all functions of the pose: waves times powers of slides' coordinates.
-std::vector<Polynomial> coefficients(const Polynomial& p) {
-  std::map<std::pair<TrigonometricId, Monomial>, std::vector<Term>> groups;
-  for (const Term& term : p.terms()) {
-    const auto is_pose = [&](int s) {
-      const auto kind = p.ring()->symbol(s).kind;
-      return kind == SymbolKind::slide || kind == SymbolKind::alias;
-    };
-    const Monomial pose = term.monomial.select([&](int s, int) { return is_pose(s); });
-    groups[{term.wave, pose}].push_back({term.monomial / pose, 0, term.coefficient});
-  }
-  std::vector<Polynomial> list;
-  for (auto& [key, terms] : groups) list.push_back(Polynomial::of_terms(p.ring(), std::move(terms)));
-  return list;
-}
-
-/// Subtracts a multiple of a known row, if that makes the row shorter.
-bool reduce_by_row(Polynomial& row, const Polynomial& pivot_row) {
-  const Term& leading_term = pivot_row.terms()[0];
-  for (const Term& term : row.terms()) {
-    const Monomial ratio = term.monomial / leading_term.monomial;
-    bool is_divisible = true;
-    for (int k = 0; k < ratio.size(); ++k) is_divisible = is_divisible && ratio.exponent(k) > 0;
-    if (!is_divisible) continue;
-    const Polynomial reduced =
-        row - Polynomial::of_terms(row.ring(), {{ratio, 0, term.coefficient / leading_term.coefficient}}) * pivot_row;
-    if (reduced.size() >= row.size()) continue;
-    row = reduced;
-    return true;
-  }
-  return false;
-}
-
-bool is_combination_of(Polynomial row, const std::vector<Polynomial>& independent_rows) {
-  for (bool has_changed = true; has_changed && !row.is_zero();) {
-    has_changed = false;
-    for (const Polynomial& pivot_row : independent_rows)
-      if (!row.is_zero() && reduce_by_row(row, pivot_row)) has_changed = true;
-  }
-  return row.is_zero();
-}
-
-}  // namespace
-
-std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entries) {
-  std::vector<Polynomial> rows;
-  for (const Polynomial& entry : entries)
-    for (const Polynomial& p : coefficients(entry)) {
-      const Monomial common = common_lengths(p);
-      const Rational leading_coefficient = p.terms()[0].coefficient;
-      std::vector<Term> terms;
-      for (const Term& term : p.terms())
-        terms.push_back({term.monomial / common, 0, term.coefficient / leading_coefficient});
-      Polynomial row = Polynomial::of_terms(p.ring(), std::move(terms));
-      if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(std::move(row));
-    }
-  std::stable_sort(rows.begin(), rows.end(), [](auto& a, auto& b) { return a.size() < b.size(); });
-  if (rows.size() > max_compared_rows) return rows;
-  std::vector<Polynomial> independent_rows;
-  for (const Polynomial& row : rows)
-    if (!is_combination_of(row, independent_rows)) independent_rows.push_back(row);
-  return independent_rows;
-}
-
-std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
-  const std::size_t n = e.M.size();
-  std::vector<Polynomial> force, gyroscopic = e.z, decoupled;
-  for (const Polynomial& h : e.moment)
-    for (std::size_t c = 0; c < n; ++c) force.push_back(column_derivative(e.tree, h, static_cast<int>(c)));
-  for (const Matrix& rows : e.D)
-    for (const Row& row : rows) gyroscopic.insert(gyroscopic.end(), row.begin(), row.end());
-  decoupled = gyroscopic;
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i + 1; j < n; ++j) decoupled.push_back(e.M[i][j]);
-  std::vector<SheetSection> sections;
-  const auto add = [&](const std::string& goal, const std::vector<Polynomial>& entries) {
-    SheetSection section{SheetSectionKind::conditions, "Conditions for the goal " + goal, {}, {}, 0};
-    for (const Polynomial& entry : entries) section.terms += entry.size();
-    section.is_too_long = section.terms > max_condition_terms;
-    if (!section.is_too_long) section.terms = 0;
-    for (Polynomial& row : section.is_too_long ? std::vector<Polynomial>() : extract_conditions(entries)) {
-      section.terms += row.size();
-      section.formulas.push_back({"", "", std::move(row), Polynomial(1), ""});
-    }
-    sections.push_back(std::move(section));
-  };
-  add("static", e.z);
-  add("force", force);
-  add("gyroscopic", gyroscopic);
-  add("decoupled", decoupled);
-  return sections;
-}
-
-namespace {
 
 std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
+  if (!formula.products.empty()) return sum_text(formula, printer, options);
   if (options.with_values) {
     const std::string numerator = printer.print_numbers(formula.value);
     if (formula.denominator == Polynomial(1)) return numerator;
@@ -170,6 +59,30 @@ std::string latex_head(const std::string& name) {
   return name;
 }
 
+/// The value with the spec's numbers; std::nullopt where a denominator vanishes.
+std::optional<double> value_of(const SheetFormula& formula) {
+  const double value = evaluate_polynomial(formula.value) / evaluate_polynomial(formula.denominator);
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::string reason_text(UnsolvedReason reason) {
+  switch (reason) {
+    case UnsolvedReason::absent: return "occurs in none of the conditions";
+    case UnsolvedReason::undetermined: return "stays free: the conditions determine only the other numbers";
+    case UnsolvedReason::nonlinear: return "is not solved for: no condition that remains is linear in it";
+  }
+  return "";
+}
+
+void add_solution_details(const FormulaSheet& sheet, FormulaPrinter& printer, const SheetSection& source,
+                          PrintedSection& printed) {
+  const ConditionSolution& solution = sheet.solution->solution;
+  for (std::size_t k = 0; k < printed.formulas.size(); ++k) printed.formulas[k].value = value_of(source.formulas[k]);
+  for (const Polynomial& factor : solution.nonzero) printed.nonzero.push_back(printer.print(factor));
+  for (const UnsolvedUnknown& one : solution.unsolved)
+    printed.unsolved.push_back({sheet.ring->symbol(one.symbol).name, reason_text(one.reason)});
+}
+
 }  // namespace
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options) {
@@ -179,7 +92,9 @@ std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOp
     PrintedSection printed{source.section, source.heading, {},
                            source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
     for (const SheetFormula& formula : source.formulas)
-      if (!printed.is_left_out) printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
+      if (!printed.is_left_out)
+        printed.formulas.push_back({formula.label(), text_of(formula, printer, options), formula.is_symbol});
+    if (source.section == SheetSectionKind::solutions) add_solution_details(sheet, printer, source, printed);
     sections.push_back(std::move(printed));
   }
   return sections;
@@ -190,13 +105,14 @@ std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSecti
   for (std::size_t s = 0; s < sections.size(); ++s)
     for (std::size_t k = 0; k < sections[s].formulas.size(); ++k) {
       const PrintedFormula& formula = sections[s].formulas[k];
-      texts[text_key(s, k, formula.label)] = formula.text;
+      texts[text_key(s, k, sections[s].section, formula.label)] = formula.text;
     }
   return texts;
 }
 
-std::string text_key(std::size_t s, std::size_t k, const std::string& label) {
-  return label.empty() ? std::to_string(s) + "." + std::to_string(k) : label;
+std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, const std::string& label) {
+  const bool is_of_solution = section == SheetSectionKind::solutions || section == SheetSectionKind::balanced;
+  return label.empty() || is_of_solution ? std::to_string(s) + "." + std::to_string(k) : label;
 }
 
 std::string latex_label(const std::string& label) {
@@ -216,8 +132,11 @@ std::string latex_label(const std::string& label) {
 namespace {
 
 bool is_section_requested(const SheetOptions& options, SheetSectionKind section) {
+  using enum SheetSectionKind;
   const auto& only = options.only;
-  return only.empty() || std::find(only.begin(), only.end(), section) != only.end();
+  const bool is_of_solution = section == solutions || section == balanced;
+  if (only.empty()) return options.solve ? is_of_solution : !is_of_solution && section != torques;
+  return std::find(only.begin(), only.end(), section) != only.end();
 }
 
 void add_formula(SheetSection& section, SheetFormula formula) {
@@ -278,20 +197,6 @@ SheetSection make_closure_section(const SymbolicEquations& e) {
   return section;
 }
 
-/// The actuated columns; if these are fewer than the freedoms, the first of the other columns are added.
-std::vector<int> independent_columns(const Mechanism& mechanism, const SymbolicEquations& e) {
-  std::vector<int> columns;
-  const std::size_t freedoms = e.M.size() - std::min(e.A.size(), e.M.size());
-  for (const int actuator : mechanism.actuators)
-    for (std::size_t c = 0; c < e.M.size(); ++c)
-      if (e.tree.coordinates[c] == actuator) columns.push_back(static_cast<int>(c));
-  for (std::size_t c = 0; columns.size() < freedoms && c < e.M.size(); ++c)
-    if (std::find(columns.begin(), columns.end(), static_cast<int>(c)) == columns.end())
-      columns.push_back(static_cast<int>(c));
-  std::sort(columns.begin(), columns.end());
-  return columns;
-}
-
 SheetSection make_solved_section(const Mechanism& mechanism, const SymbolicEquations& e) {
   SheetSection section{
       SheetSectionKind::solved,
@@ -299,7 +204,7 @@ SheetSection make_solved_section(const Mechanism& mechanism, const SymbolicEquat
       {},
       {},
       0};
-  for (SheetFormula& formula : solve_closures(e, independent_columns(mechanism, e)))
+  for (SheetFormula& formula : solve_closures(e, list_independent_columns(mechanism, e)))
     add_formula(section, std::move(formula));
   return section;
 }
@@ -364,6 +269,10 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
+  if (sheet.solution && !sheet.solution->unnamed.empty())
+    sheet.notes.push_back(
+        "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's "
+        "lengths");
   std::string excluded;
   for (const std::string& kind : tree.excluded_terms) excluded += (excluded.empty() ? "" : ", ") + kind;
   if (!excluded.empty())
@@ -384,8 +293,8 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
 }  // namespace
 
 const std::vector<std::string>& sheet_section_names() {
-  static const std::vector<std::string> names{"inertia", "velocity",   "gravity",   "closures",
-                                              "solved",  "conditions", "regressor", "natural"};
+  static const std::vector<std::string> names{"inertia",   "velocity", "gravity", "closures",  "solved",  "conditions",
+                                              "regressor", "natural",  "torques", "solutions", "balanced"};
   return names;
 }
 
@@ -409,7 +318,8 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   const auto add = [&](SheetSectionKind section, auto&& build) {
     if (!is_section_requested(options, section)) return;
     SheetSection result = build();
-    if (!result.formulas.empty() || !result.zero.empty()) sheet.sections.push_back(std::move(result));
+    if (!result.formulas.empty() || !result.zero.empty() || section == SheetSectionKind::solutions)
+      sheet.sections.push_back(std::move(result));
   };
   add(SheetSectionKind::inertia, [&] { return make_inertia_section(e); });
   add(SheetSectionKind::velocity, [&] { return make_velocity_section(e); });
@@ -429,98 +339,16 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     sheet.natural = derive_natural_equations(*sheet.ring, *e.tree.basic_points);
     add(SheetSectionKind::natural, [&] { return make_natural_section(*sheet.natural); });
   }
+  if (options.solve) {
+    sheet.solution = solve_balance_conditions(*sheet.ring, mechanism, e, *options.solve);
+    add(SheetSectionKind::solutions, [&] { return make_solution_section(*sheet.ring, *sheet.solution); });
+    if (e.closure.empty()) add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
+  }
+  if (is_section_requested(options, SheetSectionKind::torques))
+    add(SheetSectionKind::torques,
+        [&] { return make_torque_section(mechanism, e, sheet.solution ? &*sheet.solution : nullptr); });
   add_notes(mechanism, sheet);
   return sheet;
-}
-
-namespace {
-
-Polynomial determinant(const Matrix& A) {
-  if (A.empty()) return {1};
-  Polynomial sum;
-  for (std::size_t j = 0; j < A.size(); ++j) {
-    if (A[0][j].is_zero()) continue;
-    Matrix minor;
-    for (std::size_t i = 1; i < A.size(); ++i) {
-      minor.emplace_back(A[i]);
-      minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(j));
-    }
-    const Polynomial product = A[0][j] * determinant(minor);
-    sum = j % 2 == 0 ? sum + product : sum - product;
-  }
-  return sum;
-}
-
-/// Adds a multiple of a relation, which is zero, to an argument.
-CircularFunction apply_relation(const CircularFunction& function, const AngleRelation& relation, int times) {
-  std::map<int, int> argument(function.argument.begin(), function.argument.end());
-  for (const auto& [angle, multiple] : relation.multiples) argument[angle] += times * multiple;
-  argument[relation.angle] -= times;
-  CircularFunction shifted{function.group, function.is_sine, {}};
-  for (const auto& [angle, multiple] : argument)
-    if (multiple != 0) shifted.argument.emplace_back(angle, multiple);
-  return shifted;
-}
-
-int argument_length(const CircularFunction& function) {
-  int length = 0;
-  for (const auto& [angle, multiple] : function.argument) length += std::abs(multiple);
-  return length;
-}
-
-}  // namespace
-
-Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
-  std::vector<Term> terms;
-  for (const Term& term : p.terms()) {
-    Term best = term;
-    if (term.wave != 0) {
-      TrigonometricMonomial trig = p.ring()->wave(term.wave);
-      for (CircularFunction& function : trig)
-        for (const AngleRelation& relation : tree.relations)
-          for (const int times : {-2, -1, 1, 2}) {
-            if (p.ring()->angle(relation.angle).group != function.group) continue;
-            const CircularFunction shifted = apply_relation(function, relation, times);
-            if (argument_length(shifted) < argument_length(function)) function = shifted;
-          }
-      best.wave = p.ring()->canonicalise(std::move(trig), best.coefficient);
-    }
-    terms.push_back(best);
-  }
-  return Polynomial::of_terms(p.ring(), std::move(terms));
-}
-
-std::vector<SheetFormula> solve_closures(const SymbolicEquations& e, const std::vector<int>& independent) {
-  const std::size_t rows = e.A.size(), columns = e.tree.columns.size();
-  std::vector<std::size_t> dependent;
-  for (std::size_t c = 0; c < columns; ++c)
-    if (std::find(independent.begin(), independent.end(), static_cast<int>(c)) == independent.end())
-      dependent.push_back(c);
-  if (rows == 0 || rows > max_solved_closures || dependent.size() != rows) return {};
-  /// The dependent columns, one of which is replaced by −(column of an independent one).
-  const auto replace_column = [&](std::size_t replaced, std::size_t replacement) {
-    Matrix B(rows);
-    for (std::size_t i = 0; i < rows; ++i)
-      for (std::size_t j = 0; j < rows; ++j)
-        B[i].push_back(j == replaced ? -e.A[i][replacement] : e.A[i][dependent[j]]);
-    return B;
-  };
-  const Polynomial det = shorten_angle_sums(e.tree, determinant(replace_column(rows, 0)));
-  if (det.is_zero()) return {};
-  std::vector<SheetFormula> solved{{"Delta", "", det, Polynomial(1), ""}};
-  for (const std::size_t d : std::vector<std::size_t>(dependent)) {
-    const auto replaced_index =
-        static_cast<std::size_t>(std::find(dependent.begin(), dependent.end(), d) - dependent.begin());
-    for (std::size_t u = 0; u < independent.size(); ++u) {
-      const auto replacement = static_cast<std::size_t>(independent[u]);
-      Polynomial numerator = shorten_angle_sums(e.tree, determinant(replace_column(replaced_index, replacement)));
-      if (numerator.is_zero()) continue;
-      const bool has_name = det.size() > 1;
-      solved.push_back({"C", index_text({d, u}, columns), std::move(numerator), det, has_name ? "Delta" : ""});
-    }
-  }
-  if (det.size() == 1) solved.erase(solved.begin());
-  return solved;
 }
 
 }  // namespace balance::formulas

@@ -3,6 +3,7 @@
 
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
+#include "balance/synthesis/formulas/solve_request.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
 
 #include <map>
@@ -13,18 +14,37 @@
 
 namespace balance::formulas {
 
-enum class SheetSectionKind { inertia, velocity, gravity, closures, solved, conditions, regressor, natural };
+enum class SheetSectionKind {
+  inertia,
+  velocity,
+  gravity,
+  closures,
+  solved,
+  conditions,
+  regressor,
+  natural,
+  torques,    ///< without the closures
+  solutions,  ///< conditions solved for named numbers
+  balanced,   ///< the equations of motion with these
+};
 
 /// "inertia", …, in the enum's order.
 const std::vector<std::string>& sheet_section_names();
 
-/// name = value, name = value / denominator, or value = 0 if the name is empty.
+/// One product of a sum: numerator / denominator · factor.
+struct FormulaProduct {
+  Polynomial numerator, denominator, factor;
+};
+
+/// name = value, name = value / denominator, or value = 0 if the name is empty. Products are added to the value.
 struct SheetFormula {
   std::string name;     ///< `D`, `C`, …; empty: a condition
   std::string indices;  ///< `12`, or `1_10` if there are more than nine
   Polynomial value;
   Polynomial denominator = 1;
   std::string denominator_name;  ///< of a denominator that has a formula of its own
+  std::vector<FormulaProduct> products = {};
+  bool is_symbol = false;  ///< the name is that of a number of the spec
 
   std::string label() const { return name + indices; }
 };
@@ -45,14 +65,17 @@ struct FormulaSheet {
   std::vector<SheetSection> sections;
   std::optional<SymbolicRegressor> regressor;  ///< if requested
   std::optional<NaturalEquations> natural;     ///< if requested
+  std::optional<SolvedConditions> solution;    ///< if requested
   std::vector<std::string> notes;
 };
 
 struct SheetOptions {
-  /// Empty: all sections that the mechanism has, except the regressor and natural coordinates. With the regressor, all
-  /// formulas are written in inertial parameters about the bodies' origins.
+  /// Empty: all sections that the mechanism has, except the regressor, natural coordinates and torques; with numbers to
+  /// solve for, `solutions` and `balanced`. With the regressor, all formulas are written in inertial parameters about
+  /// the bodies' origins.
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
+  std::optional<SolveRequest> solve = {};
 };
 
 /// @throws FormulaError for anything that has no formula
@@ -66,6 +89,13 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
 struct PrintedFormula {
   std::string label;  ///< `D12`; empty: a condition
   std::string text;   ///< right-hand side; of a condition, the expression that must vanish
+  bool is_symbol = false;
+  std::optional<double> value = {};  ///< of solutions and the conditions that remain, with the spec's numbers
+};
+
+/// A number that the conditions are not solved for.
+struct UnsolvedNumber {
+  std::string name, reason;
 };
 
 struct PrintedSection {
@@ -74,7 +104,9 @@ struct PrintedSection {
   std::vector<PrintedFormula> formulas;
   std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
-  bool is_left_out = false;  ///< it has too many terms
+  bool is_left_out = false;                   ///< it has too many terms
+  std::vector<std::string> nonzero = {};      ///< of solutions: what must not vanish
+  std::vector<UnsolvedNumber> unsolved = {};  ///< of solutions
 };
 
 struct PrintOptions {
@@ -85,8 +117,9 @@ struct PrintOptions {
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});
 
-/// Key of the k-th formula of the s-th section: its label or, for a condition, which has none, its position.
-std::string text_key(std::size_t s, std::size_t k, const std::string& label);
+/// Key of the k-th formula of the s-th section: its label or, for a condition, which has none, and for what belongs to a
+/// solution, whose labels are those of others, its position.
+std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, const std::string& label);
 
 /// Texts by text_key, for check_against_engine.
 std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSection>& sections);

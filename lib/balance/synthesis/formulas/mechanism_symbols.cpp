@@ -95,6 +95,11 @@ Vector MechanismSymbols::spring_point(std::size_t index, bool first) {
                           first ? spring.first : spring.second, first ? spring.point_first : spring.point_second);
 }
 
+Vector MechanismSymbols::tool_point() {
+  if (!mechanism_.tool) return {};
+  return referenced_point("tool", mechanism_.tool->body, mechanism_.tool->position);
+}
+
 RingSymmetric3<Polynomial> MechanismSymbols::inertia(const MassText& text) {
   RingSymmetric3<Polynomial> J;
   for (int k = 0; k < 6; ++k) {
@@ -313,17 +318,16 @@ namespace {
 
 bool is_equal_to_rounding(double a, double b) { return std::abs(a - b) <= 1e-12 * (std::abs(a) + std::abs(b)); }
 
-/// The spec's unit for a number, if it is a short decimal.
-bool find_unit(double ratio, Rational& unit) {
+}  // namespace
+
+bool find_decimal(double ratio, Rational& decimal) {
   if (!std::isfinite(ratio) || ratio == 0) return false;
   char text[40];
   std::snprintf(text, sizeof text, "%.6g", ratio);
   if (!is_equal_to_rounding(std::strtod(text, nullptr), ratio)) return false;
-  unit = Rational::parse(text);
+  decimal = Rational::parse(text);
   return true;
 }
-
-}  // namespace
 
 SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
                          bool inline_expressions)
@@ -361,7 +365,7 @@ bool SpecSymbols::read(const std::string& text, const Expression& source, Symbol
                parsed = evaluate_polynomial(polynomial, perturbed_values_, {});
   if (!is_equal_to_rounding(parsed, perturbed)) {
     Rational unit = 1;
-    if (!find_unit(perturbed / parsed, unit)) return false;
+    if (!find_decimal(perturbed / parsed, unit)) return false;
     polynomial = polynomial * Polynomial(unit);
   }
   if (!is_equal_to_rounding(evaluate_polynomial(polynomial), source.value()) ||
@@ -379,9 +383,11 @@ bool SpecSymbols::read(const std::string& text, const Expression& source, Symbol
 Polynomial SpecSymbols::polynomial_at(const std::string& path, const Expression& source, const std::string& name,
                                       SymbolKind kind) {
   if (path.empty()) return find(path, source, name, kind);
-  const auto known = polynomials_.find(path);
-  if (known != polynomials_.end()) return known->second;
-  return polynomials_[path] = find(path, source, name, kind);
+  const auto known = numbers_.find(path);
+  if (known != numbers_.end()) return known->second.value;
+  SpecNumber& number = numbers_[path];
+  number = {find(path, source, name, kind), name};
+  return number.value;
 }
 
 Polynomial SpecSymbols::find(const std::string& path, const Expression& source, const std::string& name,

@@ -11,6 +11,12 @@
 
 namespace balance::formulas {
 
+/// A number of the mechanism as the formulas have it.
+struct SpecNumber {
+  Polynomial value;
+  std::string name;  ///< of the symbol that it would get
+};
+
 /// The numbers of a mechanism as polynomials of symbols.
 class SpecSymbols {
  public:
@@ -25,6 +31,8 @@ class SpecSymbols {
   /// @param name of the symbol if it needs one, as usual in the field: "lg1"
   Polynomial polynomial_at(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
   Ring& ring() { return *ring_; }
+  /// The numbers so far, by path.
+  const std::map<std::string, SpecNumber>& numbers() const { return numbers_; }
 
  private:
   Polynomial find(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
@@ -39,9 +47,12 @@ class SpecSymbols {
   std::map<std::string, std::string> definitions_;  ///< of inlined parameters: their expressions
   std::vector<double> perturbed_values_;            ///< values of parameters, by symbol, with all inputs perturbed
   std::set<std::string> in_progress_;               ///< parameters being read
-  std::map<std::string, Polynomial> polynomials_;   ///< by path
+  std::map<std::string, SpecNumber> numbers_;       ///< by path
   friend struct ParameterFactory;
 };
+
+/// The decimal fraction that a ratio of units is, if it is a short one.
+bool find_decimal(double ratio, Rational& decimal);
 
 /// A valid name in formulas, C and Python: letters, digits and `_`; Greek letters are spelled out.
 std::string identifier_name(const std::string& name);
@@ -54,6 +65,8 @@ class MechanismSymbols {
   /// Position of a joint on one of its bodies, from that body's origin: a named point, or the joint's own numbers.
   Vector joint_point(int joint, bool first);
   Vector spring_point(std::size_t spring, bool first);
+  /// Position of the tool on its body.
+  Vector tool_point();
   Mass body(int index);
   Mass attachment(int index);
   Mass disc(int index);
@@ -80,6 +93,8 @@ class MechanismSymbols {
   std::string coordinate_name(int coordinate) const;
   /// Symbols of first moments, masses and inertias, in the order of list_parameters.
   const std::vector<int>& inertial() const { return inertial_; }
+  /// The numbers that the formulas use, by path.
+  const std::map<std::string, SpecNumber>& numbers() const { return spec_symbols_.numbers(); }
 
  private:
   struct MassText {

@@ -110,6 +110,12 @@ double ParametricModel::perturbed_value(const Expression& x) const {
   return node_value(x, perturbed_nodes_);
 }
 
+int ParametricModel::input_of(const Expression& x) const {
+  if (x.is_constant()) return -1;
+  const expression::ExpressionNode& node = graph_.nodes()[static_cast<std::size_t>(x.node())];
+  return node.operation == expression::Operation::input ? node.input : -1;
+}
+
 bool ParametricModel::are_equal(const Vector3E& a, const Vector3E& b) const {
   for (int k = 0; k < 3; ++k)
     if (a[k].value() != b[k].value() || perturbed_value(a[k]) != perturbed_value(b[k])) return false;
@@ -335,6 +341,7 @@ class SymbolicTreeBuilder {
       mechanism_.springs[s].is_joint_spring() ? add_joint_spring(s) : add_spring(s);
     tree_.gravity = symbols_.gravity();
     tree_.inertial = symbols_.inertial();
+    tree_.numbers = std::make_shared<MechanismSymbols>(symbols_);
     if (has_natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, symbols_);
     if (!mechanism_.friction.empty()) tree_.excluded_terms.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.excluded_terms.emplace_back("loads");

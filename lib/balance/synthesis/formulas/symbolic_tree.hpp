@@ -51,6 +51,8 @@ class ParametricModel {
 
   /// The value with every input perturbed. Numbers that agree both here and at the spec's values are identical.
   double perturbed_value(const Expression& x) const;
+  /// The input that an expression is; −1 if it is none.
+  int input_of(const Expression& x) const;
   bool is_zero(const Expression& x) const { return x.value() == 0 && perturbed_value(x) == 0; }
   bool are_equal(const Vector3E& a, const Vector3E& b) const;
 
@@ -61,6 +63,8 @@ class ParametricModel {
   std::vector<double> inputs_, perturbed_inputs_;
   mutable std::vector<double> perturbed_nodes_;  ///< of the nodes so far
 };
+
+class MechanismSymbols;
 
 using Vector = RingVector3<Polynomial>;
 using Mass = RigidBodyInertia<Polynomial>;
@@ -121,6 +125,7 @@ struct AngleRelation {
 
 struct SymbolicTree {
   std::shared_ptr<const ParametricModel> model;  ///< source of its symbols' values
+  std::shared_ptr<MechanismSymbols> numbers;     ///< the mechanism's numbers; refers to the texts of the spec's numbers
   bool is_planar = true;
   std::vector<SymbolicFrame> frames;  ///< frame 0 is the world; parents come first
   std::vector<JointVariable> variables;
