@@ -438,9 +438,6 @@ Json design_json(const DesignReportData& view, const std::vector<std::string>& f
                        [&](const study::DifferentNumbers& different) { return paths_of(report, different); });
   // the conditions are those of the designed mechanism
   add_conditions(json, view.conditions, condition_and_residual_fields(view));
-  // of conditions without a parameter, which are in `staying`, only the residual before is here
-  for (Eigen::Index row = view.conditions.parameter_rows(); row < view.residuals_before.size(); ++row)
-    json["conditions"].push_back({{"residual_before", view.residuals_before[row]}});
   add_fields(json, report, size_fields());
   json["trajectories"] = files::list_json(report.comparisons, trajectory_comparison_json);
   add_load_cases(json, report);
