@@ -202,7 +202,6 @@ Command setup_equations(CLI::App& program) {
       "its body's; angle in the plane, rx ry rz or p q r in space for its angular velocity; SI.\n\n"
       "Examples:\n"
       "  balance equations spatial-rrr.yaml --solve lg2,Jy2,Jy3,beta --goal decoupled\n"
-      "  balance equations 5r.yaml --code c\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
       "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\"\n"
       "  balance equations 3rrr.yaml --at cycloid -o equations.h5");

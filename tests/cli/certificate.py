@@ -169,9 +169,9 @@ class Certificate(Case):
             for box in geometry["boxes"]:
                 box["inertia_sigma"] = [[(float.fromhex(values[0]) + 0.01).hex(), *values[1:]] for values in box["inertia_sigma"]]
 
-        def narrow_inertias(geometry):
+        def widen_inertias(geometry):
             for inertia in geometry["inertias"]:
-                inertia["inertia"] = [inertia["inertia"][0], "0x1p+10"]
+                inertia["inertia"] = ["-0x1p+0", inertia["inertia"][1]]
 
         def widen_places(geometry):
             for length in geometry["lengths"]:
@@ -179,7 +179,7 @@ class Certificate(Case):
                     geometry["lengths"][length] = ["-0x1p+1", "0x1p+1"]
 
         self.assert_refused(changed(raise_sigma), "σ exceeds a limit of its inertia")
-        self.assert_refused(changed(narrow_inertias), "σ exceeds a limit of its inertia")
+        self.assert_refused(changed(widen_inertias), "σ exceeds a limit of its inertia")
         self.assert_refused(changed(widen_places), "a place is higher than 1")
         self.assert_refused(changed(lambda geometry: geometry["inertias"].clear()))
 

@@ -276,6 +276,7 @@ namespace {
 /// Residuals of conditions are relative to their terms.
 constexpr double solution_tolerance = 1e-9;
 constexpr int solution_state_count = 2, max_newton_steps = 60;
+constexpr double relative_difference = 1e-6;
 
 class SolutionComparison {
  public:
@@ -365,44 +366,49 @@ class SolutionComparison {
     const std::vector<Polynomial>& remaining = solved_.solution.remaining;
     if (remaining.empty()) return true;
     const std::vector<double> start = inputs;
+    const VectorX unit =
+        remaining_at(start).size.cwiseMax(1e-300);  // of the residuals; sums of equal signs have no zero
     for (int step = 0; step < max_newton_steps; ++step) {
-      const VectorX residual = remaining_at(inputs);
-      if (!residual.allFinite()) return false;
-      if (numerics::max_abs(residual) < 1e-14) return true;
-      MatrixX jacobian(residual.size(), static_cast<Eigen::Index>(inputs.size()));
+      const RemainingValues values = remaining_at(inputs);
+      if (!values.sum.allFinite()) return false;
+      if (values.is_zero(1e-15)) return true;
+      MatrixX jacobian(unit.size(), static_cast<Eigen::Index>(inputs.size()));
       std::vector<double> scales;
       for (std::size_t i = 0; i < inputs.size(); ++i) {
         const bool is_solved =
             std::find(unknown_inputs_.begin(), unknown_inputs_.end(), static_cast<int>(i)) != unknown_inputs_.end();
         scales.push_back(is_fixed_[i] && !is_solved ? 0 : std::max(std::abs(start[i]), 1e-3));
         std::vector<double> changed = inputs;
-        const double difference = 1e-6 * scales.back();
-        changed[i] += difference;
-        jacobian.col(static_cast<Eigen::Index>(i)) = difference == 0
-                                                         ? VectorX::Zero(residual.size()).eval()
-                                                         : ((remaining_at(changed) - residual) / 1e-6).eval();
+        changed[i] += relative_difference * scales.back();
+        jacobian.col(static_cast<Eigen::Index>(i)) =
+            (remaining_at(changed).sum - values.sum).cwiseQuotient(unit) / relative_difference;
       }
       numerics::CompleteOrthogonalDecomposition solver;
       solver.setThreshold(1e-8);
       solver.compute(jacobian);
-      const VectorX change = solver.solve(residual);
+      const VectorX change = solver.solve(values.sum.cwiseQuotient(unit).eval());
       for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i] -= scales[i] * change[static_cast<Eigen::Index>(i)];
     }
-    return numerics::max_abs(remaining_at(inputs)) < 1e-12;
+    return remaining_at(inputs).is_zero(1e-12);
   }
 
-  /// Relative to the terms.
-  VectorX remaining_at(const std::vector<double>& inputs) const {
+  /// The conditions that remain, and the sums of their terms' magnitudes.
+  struct RemainingValues {
+    VectorX sum, size;
+    bool is_zero(double tolerance) const { return (sum.cwiseAbs().array() <= tolerance * size.array()).all(); }
+  };
+  RemainingValues remaining_at(const std::vector<double>& inputs) const {
     const ScopedSymbolValues values(*sheet_.ring, model_.evaluate_nodes(inputs));
     const std::vector<Polynomial>& remaining = solved_.solution.remaining;
-    VectorX residual(static_cast<Eigen::Index>(remaining.size()));
-    for (std::size_t r = 0; r < remaining.size(); ++r) {
-      double size = 0;
-      for (const Term& term : remaining[r].terms())
-        size += std::abs(evaluate_polynomial(Polynomial::of_terms(sheet_.ring.get(), {term})));
-      residual[static_cast<Eigen::Index>(r)] = evaluate_polynomial(remaining[r]) / std::max(size, 1e-300);
-    }
-    return residual;
+    const auto count = static_cast<Eigen::Index>(remaining.size());
+    RemainingValues found{VectorX::Zero(count), VectorX::Zero(count)};
+    for (std::size_t r = 0; r < remaining.size(); ++r)
+      for (const Term& term : remaining[r].terms()) {
+        const double value = evaluate_polynomial(Polynomial::of_terms(sheet_.ring.get(), {term}));
+        found.sum[static_cast<Eigen::Index>(r)] += value;
+        found.size[static_cast<Eigen::Index>(r)] += std::abs(value);
+      }
+    return found;
   }
 
   /// @return false if a denominator vanishes
