@@ -34,21 +34,6 @@ DesignSpace read_changed(const std::string& name, const std::string& before, con
   return read_design_space(replace_text(read_text(name), before, after), name + ".yaml");
 }
 
-/// four_box_1 with discs on its bearings, one with a free mass, to be balanced dynamically.
-std::string disc_text() {
-  std::string text = read_text("four_box_1");
-  for (const auto& [before, after] :
-       {std::pair<std::string, std::string>{"inertia: 0.01, points: {O: [0, 0], E: [b, 0]}",
-                                            "inertia: {free: [0.001, 0.3]}, points: {O: [0, 0], E: [b, 0]}"},
-        {"actuators: [A]",
-         "discs:\n  d_crank: {body: crank, at: O, follows: A, ratio: {free: [-30, -1]}, mass: 0.3, inertia: 0.004}\n"
-         "  d_rocker: {body: rocker, at: O, follows: D, ratio: {free: [-30, -1]}, mass: {free: [0.1, 2]}, "
-         "inertia: 0.02}\nactuators: [A]"},
-        {"goal: force", "goal: dynamic"}})
-    text = replace_text(text, before, after);
-  return text;
-}
-
 LengthBound bound(const DesignSpace& space, long max_nodes, double gap_tolerance) {
   LengthBoundOptions options;
   options.max_nodes = max_nodes;
@@ -264,7 +249,7 @@ TEST_CASE("lengths: special geometries of slides are named where the lengths all
 }
 
 TEST_CASE("lengths: dynamic balance with discs is proved by the conditions of forces and moments") {
-  const DesignSpace space = read_design_space(disc_text(), "discs.yaml");
+  const DesignSpace space = read("four_with_discs");
   const LengthBound result = bound(space, 60, 1e-9);
   CHECK(result.reason == "");
   CHECK(result.gap() <= 1e-9);
@@ -276,7 +261,7 @@ TEST_CASE("lengths: dynamic balance with discs is proved by the conditions of fo
   CHECK(result.lower_bound > 1.1 * (forces.best + 0.3 + 0.1));
   // the bound of the conditions of moments alone is lower
   const DesignSpace moment =
-      read_design_space(replace_text(disc_text(), "goal: dynamic", "goal: moment"), "discs.yaml");
+      read_design_space(replace_text(read_text("four_with_discs"), "goal: dynamic", "goal: moment"), "discs.yaml");
   const LengthBound moments = bound(moment, 20, 1e-9);
   CHECK(moments.gap() <= 1e-8);
   CHECK(moments.lower_bound < result.lower_bound);
@@ -311,9 +296,10 @@ TEST_CASE("lengths: slider-cranks and five-bars with discs are proved, too") {
 
 TEST_CASE("lengths: with moments, no box has a bound above the least mass at any of its lengths and ratios") {
   BoxLaw law{sampling::generator("boxes of lengths with discs")};
-  law.check(read_design_space(disc_text(), "discs.yaml"), box_count(), exact_box_count() / 2);
-  law.check(read_design_space(replace_text(disc_text(), "goal: dynamic", "goal: moment"), "discs.yaml"), box_count(),
-            exact_box_count() / 2);
+  law.check(read("four_with_discs"), box_count(), exact_box_count() / 2);
+  law.check(
+      read_design_space(replace_text(read_text("four_with_discs"), "goal: dynamic", "goal: moment"), "discs.yaml"),
+      box_count(), exact_box_count() / 2);
   for (const char* spec : {"link_with_disc", "slider_with_discs", "five_with_discs"})
     law.check(read(spec), box_count(), exact_box_count() / 4);
   // moments without forces depend on the point that they are about
