@@ -62,6 +62,14 @@ balance_harden(balance_duals)
 balance_part(derivatives ROOMS mechanics/derivatives STANDS_ON core)
 target_sources(balance_derivatives PRIVATE $<TARGET_OBJECTS:balance_duals>)
 
+# The same over interval jets, for bounds over boxes of lengths.
+add_library(balance_intervals OBJECT
+  lib/balance/mechanics/model/couplings.cpp lib/balance/mechanics/kinematics/tree.cpp)
+target_link_libraries(balance_intervals PRIVATE balance_core)
+target_compile_definitions(balance_intervals PRIVATE BALANCE_INTERVALS)
+balance_compile_options(balance_intervals)
+balance_harden(balance_intervals)
+
 balance_part(files ROOMS foundation/hdf5 interface/specification interface/files STANDS_ON core
              LINK yaml-cpp hdf5::hdf5 hdf5::hdf5_hl fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto ZLIB::ZLIB)
 balance_optimise_little(balance_files)
@@ -69,7 +77,7 @@ balance_optimise_little(balance_files)
 balance_part(synthesis
   ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design
   STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
-target_sources(balance_synthesis PRIVATE ${balance_clp_seam})
+target_sources(balance_synthesis PRIVATE ${balance_clp_seam} $<TARGET_OBJECTS:balance_intervals>)
 target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
 
 balance_part(interface ROOMS interface/comparison interface/import interface/reports interface/batch STANDS_ON synthesis files

@@ -46,7 +46,8 @@ ExitCode run(const CheckOptions& check_options) {
   std::optional<verification::VerifyReport> verified;
   if (check_options.verify && done) verified = verify_or_throw(study);
   if (options.json && done)
-    print(reports::check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
+    print(files::format_json(
+        reports::check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr)));
   if (!options.json) {
     const files::TextOptions text = choose_text_options(options, study);
     print_text(reports::check_text(report, study.mechanism, text));

@@ -31,7 +31,7 @@ ExitCode run(const ConditionsOptions& options) {
   const reports::ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
   for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (options.spec.json)
-    print(conditions_json(view, space.start.warnings));
+    print(files::format_json(conditions_json(view, space.start.warnings)));
   else
     print_text(options.latex ? conditions_latex(view.conditions, view.names)
                              : conditions_text(view, choose_text_options(options.spec, space.start)));

@@ -104,7 +104,7 @@ ExitCode run(const DesignCommandOptions& options) {
   view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
-    print(design_json(view, files));
+    print(files::format_json(design_json(view, files)));
   } else if (!options.quiet) {
     std::string text = design_text(view, choose_design_text_options(options.spec, space.start));
     std::string lines;
@@ -158,7 +158,8 @@ int choose_point(const std::string& name, const design::ParetoFront& front) {
 
 /// The design of a point of the front, with its reports.
 struct FrontDesign {
-  std::string spec, text, json;
+  std::string spec, text;
+  Json json;  ///< null: no point was chosen
 };
 
 FrontDesign make_front_design(const DesignStudyOptions& study_options, const DesignSpace& space,
@@ -250,7 +251,7 @@ ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space
     chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)], text_options);
   const std::vector<std::string> files = write_files(options, space, chosen.spec, view);
   if (options.spec.json) {
-    print(front_json(view, files, chosen.json));
+    print(files::format_json(front_json(view, files, chosen.json)));
   } else if (!options.quiet) {
     std::string text = front_text(view, text_options);
     if (k >= 0) text += fmt::format("\npoint {}\n", k + 1) + chosen.text;

@@ -11,6 +11,7 @@
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/front_sections.hpp"
 #include "balance/interface/reports/html_report.hpp"
+#include "balance/interface/reports/html_report_data.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/simulate.hpp"
@@ -165,7 +166,8 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.spec_file = std::filesystem::path(study.spec_file).filename().string();
   page.spec_text = study.spec_text;
   page.before = study.mechanism;
-  page.check = reports::check_json(check_mechanism(study), study.mechanism, study.warnings);
+  page.answers = std::make_shared<reports::ReportedAnswers>();
+  page.answers->check = reports::check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
   if (has_spec_units(options.spec.units)) page.units = specification::read_display_units(study.spec_text);
   page.number_units = specification::list_number_units(study);
@@ -208,7 +210,8 @@ reports::DesignReportData make_middle_design_data(const DesignStudyOptions& stud
   if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
   const design::ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
   DesignReport report = make_pareto_design(space, point, false);
-  page.front = reports::front_json(reports::make_front_report_data(study_options, space, std::move(front)), {});
+  page.answers->front =
+      reports::front_json(reports::make_front_report_data(study_options, space, std::move(front)), {});
   const std::string balanced = designed_spec_or_throw(space, report);
   return reports::make_design_data(study_options, point.space, balanced, std::move(report));
 }
@@ -226,7 +229,7 @@ void add_design(const ReportOptions& options, const DesignSpace& space, HtmlRepo
   view.conditions = convert_coefficients(std::move(view.conditions), page.units);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
-  page.design = reports::design_json(view, {});
+  page.answers->design = reports::design_json(view, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;
@@ -246,7 +249,7 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
     return page;
   }
   if (has_goal)
-    page.conditions =
+    page.answers->conditions =
         reports::conditions_json(convert_coefficients(derive_conditions_or_throw(options.goal, space), page.units), {});
   run_trajectories(options, space, nullptr, page);
   return page;
@@ -259,8 +262,9 @@ std::string summary_json(const HtmlReport& page, const std::string& file, std::s
     if (t.after) entry["after"] = name_of(t.after->outcome.status);
     json["trajectories"].push_back(std::move(entry));
   }
-  json["conditions"] = !page.conditions.empty() || !page.design.empty();
-  json["design"] = !page.design.empty();
+  const bool has_design = !page.answers->design.is_null();
+  json["conditions"] = has_design || !page.answers->conditions.is_null();
+  json["design"] = has_design;
   json["bytes"] = bytes;
   json["files"] = {file};
   return files::format_json(json);

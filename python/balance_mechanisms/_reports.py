@@ -201,8 +201,8 @@ class Design(Shown, Answer):
 
     @property
     def length_bound(self) -> Dict[str, Any] | None:
-        """What is proved for all lengths: `lower_bound` and `best` [kg], `relative_gap`, `impossible`, `covers`, `not_covered`, `boxes`,
-        `progress`; only `reason` if lengths are free but cannot be bounded; None without free lengths."""
+        """What is proved for all lengths: `lower_bound` and `best` in `unit`, `relative_gap`, `impossible`, `covers`, `not_covered`,
+        `coverage`, `boxes`, `progress`; only `reason` if lengths are free but cannot be bounded; None without free lengths."""
         bound: Dict[str, Any] | None = self.to_dict()["length_bound"]
         return bound
 

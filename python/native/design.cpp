@@ -50,7 +50,7 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
     DerivedConditions all;
     all.refusal = outcome.refusal;
     if (outcome.refusal) return all;
-    all.json = conditions_json(outcome.view, spec->study().warnings);
+    all.json = files::format_json(conditions_json(outcome.view, spec->study().warnings));
     all.text = conditions_text(outcome.view, files::make_text_options(spec->study().spec_text));
     all.latex = conditions_latex(outcome.view.conditions, outcome.view.names);
     all.matrix = outcome.view.conditions.matrix;
@@ -251,7 +251,7 @@ void bind_balancing(py::module_& m) {
   m.def("front", &front, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
         py::arg("algorithm"), py::arg("command"));
   py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
-      .def("json", [](const FoundFront& one) { return reports::front_json(one.view, {}); })
+      .def("json", [](const FoundFront& one) { return files::format_json(reports::front_json(one.view, {})); })
       .def("text",
            [](const FoundFront& one) {
              return front_text(one.view, files::make_design_text_options(one.spec->study()));
@@ -267,7 +267,7 @@ void bind_balancing(py::module_& m) {
       .def_property_readonly("reason", [](const Design& one) { return one.view.report.outcome.reason; })
       .def_property_readonly("values", &values_of)
       .def("runs", &runs_of, py::arg("after"))
-      .def("json", [](const Design& one) { return reports::design_json(one.view, {}); })
+      .def("json", [](const Design& one) { return files::format_json(reports::design_json(one.view, {})); })
       .def("text", [](const Design& one) { return design_text(one.view, one.text_options); })
       .def(
           "write",

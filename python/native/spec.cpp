@@ -88,8 +88,8 @@ py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py:
         all.report = check_mechanism(study, [&](double fraction) { task.report_progress(fraction); });
         std::optional<verification::VerifyReport> verification;
         if (verified && all.report.outcome.status == MotionStatus::done) verification = verify_formulations(study);
-        all.json =
-            reports::check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr);
+        all.json = files::format_json(
+            reports::check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr));
         const files::TextOptions text = files::make_text_options(study.spec_text);
         all.text = reports::check_text(all.report, study.mechanism, text);
         if (verification) all.text += "\n" + reports::verify_text(*verification, text);

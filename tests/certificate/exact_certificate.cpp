@@ -3,7 +3,9 @@
 #include <boost/multiprecision/cpp_int.hpp>
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
 #include <vector>
 
 using namespace balance;
@@ -67,11 +69,21 @@ class Box {
     return p;
   }
   /// Smallest Bernstein coefficient, in the degrees of `shape` or higher.
-  Rational smallest(Polynomial p, const Polynomial& shape) const {
+  Rational smallest(const Polynomial& p, const Polynomial& shape) const {
+    const Polynomial all = coefficients(p, degrees_of({&p, &shape}));
+    Rational least = all.begin()->second;
+    for (const auto& [index, coefficient] : all) least = std::min(least, coefficient);
+    return least;
+  }
+  std::vector<int> degrees_of(const std::vector<const Polynomial*>& polynomials) const {
     std::vector<int> degrees(size(), 0);
-    for (const Polynomial* one : std::initializer_list<const Polynomial*>{&p, &shape})
+    for (const Polynomial* one : polynomials)
       for (const auto& [exponents, coefficient] : *one)
         for (std::size_t i = 0; i < size(); ++i) degrees[i] = std::max(degrees[i], exponents[i]);
+    return degrees;
+  }
+  /// All Bernstein coefficients of given degrees, by their indices.
+  Polynomial coefficients(Polynomial p, const std::vector<int>& degrees) const {
     for (std::size_t axis = 0; axis < size(); ++axis) {
       if (degrees[axis] == 0) continue;
       Polynomial converted;
@@ -86,11 +98,15 @@ class Box {
         }
       p = std::move(converted);
     }
-    std::size_t count = 1;
-    for (const int degree : degrees) count *= static_cast<std::size_t>(degree) + 1;
-    Rational least = p.size() < count ? Rational(0) : p.begin()->second;
-    for (const auto& [index, coefficient] : p) least = std::min(least, coefficient);
-    return least;
+    std::vector<Exponents> indices{Exponents(size(), 0)};
+    for (std::size_t axis = 0; axis < size(); ++axis)
+      for (std::size_t n = indices.size(); n-- > 0;)
+        for (int i = 1; i <= degrees[axis]; ++i) {
+          indices.push_back(indices[n]);
+          indices.back()[axis] = i;
+        }
+    for (const Exponents& index : indices) p.emplace(index, 0);
+    return p;
   }
 
  private:
@@ -112,6 +128,11 @@ class Checker {
       const std::string flaw = find_counterweight_flaw(i);
       if (!flaw.empty()) return geometry_.linkage.counterweights[i].name + ": " + flaw;
       if (multipliers.limit_index[i] >= 0) objective = sum(objective, product(scale, limit(i)));
+    }
+    for (std::size_t i = 0; i < geometry_.linkage.inertias.size(); ++i) {
+      const std::string flaw = find_inertia_flaw(i);
+      if (!flaw.empty()) return geometry_.linkage.inertias[i].name + ": " + flaw;
+      objective = sum(objective, product(scale, limit(geometry_.linkage.counterweights.size() + i)));
     }
     for (std::size_t c = 0; c < multipliers.conditions.size(); ++c) {
       const LengthCondition& condition = geometry_.conditions[static_cast<std::size_t>(multipliers.conditions[c])];
@@ -148,8 +169,9 @@ class Checker {
               Rational(multipliers_.multipliers(static_cast<Eigen::Index>(a) + 1, column)));
     return p;
   }
-  Polynomial limit(std::size_t counterweight) const {
-    return multiplier(multipliers_.unknowns + multipliers_.limit_index[counterweight]);
+  /// @param element of the counterweights, then the inertias
+  Polynomial limit(std::size_t element) const {
+    return multiplier(multipliers_.unknowns + multipliers_.limit_index[element]);
   }
   Polynomial height(const VirtualHeight& virtual_height) const {
     Polynomial p;
@@ -163,6 +185,7 @@ class Checker {
     const bool has_limit = multipliers_.limit_index[i] >= 0;
     if (limits.is_left_out()) return has_limit ? "σ without a counterweight" : "";
     const bool has_upper = limits.is_upper_used;
+    if (geometry_.linkage.balances_moments) return find_placed_flaw(i);
     for (const VirtualHeight& corner : geometry_.dual.corners[i]) {
       const Polynomial scale = exact(corner.scale);
       if (box_.smallest(scale, {}) <= 0) return "a scale may vanish";
@@ -177,6 +200,72 @@ class Checker {
       if (has_upper && exceeds(limits.upper)) return "σ exceeds its upper limit";
       if (exceeds(limits.lower)) return "σ exceeds its lower limit";
     }
+    return {};
+  }
+
+  /// Whether scale · (limit · (cost − h) − σ) ≥ 0 at all places and in all ratios: per Bernstein coefficient, exactly.
+  /// @param limit none: cost − h ≥ 0
+  bool holds_everywhere(const PlacedHeight& placed, const std::array<int, 3>& numbers, int cost,
+                        const std::optional<double>& limit, const Polynomial& sigma) const {
+    const Polynomial scale = exact(placed.scale), amount = box_.constant(limit ? Rational(*limit) : Rational(1));
+    std::array<Polynomial, PlacedHeight::count> parts;
+    parts[0] = product(scale, product(amount, box_.constant(cost)));
+    if (limit) parts[0] = sum(parts[0], product(scale, sigma), -1);
+    Polynomial shape = sum(scale, {});
+    for (std::size_t f = 0; f < PlacedHeight::count; ++f)
+      for (std::size_t j = 0; j < placed.coefficients[f].size(); ++j) {
+        const Polynomial coefficient = exact(placed.coefficients[f][j]);
+        for (const auto& [exponents, value] : coefficient) shape.emplace(exponents, 0);
+        parts[f] = sum(parts[f], product(amount, product(coefficient, multiplier(static_cast<Eigen::Index>(j)))), -1);
+      }
+    std::vector<int> degrees = box_.degrees_of({&shape});
+    for (const int length : multipliers_.affine) ++degrees[static_cast<std::size_t>(length)];
+    std::array<Polynomial, PlacedHeight::count> coefficients;
+    for (std::size_t f = 0; f < PlacedHeight::count; ++f) coefficients[f] = box_.coefficients(parts[f], degrees);
+    for (const auto& [index, value] : coefficients[0]) {
+      Rational least = value;
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (numbers[i] < 0) continue;
+        const Rational slope = coefficients[i < 2 ? PlacedHeight::x + i : PlacedHeight::ratio][index];
+        const Rational curvature = i < 2 ? coefficients[PlacedHeight::square][index] : Rational(0);
+        const auto number = static_cast<std::size_t>(numbers[i]);
+        const Rational low = box_.lower(number), high = low + box_.width(number);
+        const auto at = [&](const Rational& x) { return Rational(x * (slope + curvature * x)); };
+        Rational part = std::min(at(low), at(high));
+        if (curvature > 0) {
+          const Rational vertex = -slope / (2 * curvature);
+          if (vertex > low && vertex < high) part = at(vertex);
+        }
+        least += part;
+      }
+      if (least < 0) return false;
+    }
+    return true;
+  }
+
+  std::string find_placed_flaw(std::size_t i) const {
+    const MassLimits& limits = multipliers_.mass_limits[i];
+    const bool has_limit = multipliers_.limit_index[i] >= 0;
+    const FreeCounterweight& counterweight = geometry_.linkage.counterweights[i];
+    const PlacedHeight& placed = geometry_.dual.placed[i];
+    if (box_.smallest(exact(placed.scale), {}) <= 0) return "a scale may vanish";
+    const std::array<int, 3> numbers{counterweight.place_numbers[0], counterweight.place_numbers[1],
+                                     counterweight.spin.ratio_number};
+    if (!limits.is_upper_used && !holds_everywhere(placed, numbers, 1, {}, {})) return "a place may be higher than 1";
+    if (!has_limit) return {};
+    if (limits.is_upper_used && !holds_everywhere(placed, numbers, 1, limits.upper, limit(i)))
+      return "σ exceeds its upper limit";
+    return holds_everywhere(placed, numbers, 1, limits.lower, limit(i)) ? "" : "σ exceeds its lower limit";
+  }
+
+  std::string find_inertia_flaw(std::size_t i) const {
+    const FreeInertia& inertia = geometry_.linkage.inertias[i];
+    const PlacedHeight& placed = geometry_.dual.inertias[i];
+    if (box_.smallest(exact(placed.scale), {}) <= 0) return "a scale may vanish";
+    const Polynomial sigma = limit(geometry_.linkage.counterweights.size() + i);
+    const std::array<int, 3> numbers{-1, -1, inertia.spin.ratio_number};
+    for (const double amount : {inertia.lower, inertia.upper})
+      if (!holds_everywhere(placed, numbers, 0, amount, sigma)) return "σ exceeds a limit";
     return {};
   }
 

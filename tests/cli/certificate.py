@@ -148,6 +148,41 @@ class Certificate(Case):
                 sigma["value"] = [(float.fromhex(value) + 0.01).hex() for value in sigma["value"]]
         self.assert_refused(certificate, "σ exceeds a mass limit")
 
+    def test_moments_are_proved_and_their_multipliers_count(self):
+        for name, value in (("link_with_disc", "2.25 kg"), ("slider_with_discs", "")):
+            with self.subTest(name=name):
+                code, file = self.design(name)
+                self.assertEqual(code, 0)
+                self.assertEqual(self.read(file)["version"], 2)
+                done = check(file)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertIn("proved: added mass ≥ " + value, done.stdout)
+        good = self.read(file)
+
+        def changed(change):
+            certificate = copy.deepcopy(good)
+            for geometry in certificate["geometries"]:
+                change(geometry)
+            return certificate
+
+        def raise_sigma(geometry):
+            for box in geometry["boxes"]:
+                box["inertia_sigma"] = [[(float.fromhex(values[0]) + 0.01).hex(), *values[1:]] for values in box["inertia_sigma"]]
+
+        def narrow_inertias(geometry):
+            for inertia in geometry["inertias"]:
+                inertia["inertia"] = [inertia["inertia"][0], "0x1p+10"]
+
+        def widen_places(geometry):
+            for length in geometry["lengths"]:
+                if ".at[" in length:
+                    geometry["lengths"][length] = ["-0x1p+1", "0x1p+1"]
+
+        self.assert_refused(changed(raise_sigma), "σ exceeds a limit of its inertia")
+        self.assert_refused(changed(narrow_inertias), "σ exceeds a limit of its inertia")
+        self.assert_refused(changed(widen_places), "a place is higher than 1")
+        self.assert_refused(changed(lambda geometry: geometry["inertias"].clear()))
+
     def test_without_a_bound_it_says_why_and_writes_nothing(self):
         text = text_of(length_spec("four_box_1"))
         for reason, before, after in (("not a polynomial", "0.5925 * b + 0.0046", "0.5925 * sin(b)"),

@@ -195,7 +195,7 @@ class Overwriting(Case):
         hdf5, csv, yaml = {".h5", ".hdf5", ".nc"}, {".csv"}, {".yaml", ".YML"}
         for command, own in ((["simulate", spec, "-o"], hdf5), (["simulate", spec, "--csv"], csv), (["control", spec, "-o"], hdf5),
                              (["control", spec, "--csv"], csv), (["tolerance", spec, "-o"], hdf5), (["design", spec, "-o"], yaml),
-                             (["design", spec, "--h5"], hdf5), (["design", spec, "--csv"], csv),
+                             (["design", spec, "--h5"], hdf5), (["design", os.path.join(CONFIGS, "four-bar-front.yaml"), "--csv"], csv),
                              (["design", spec, "--certificate"], {".json"}), (["report", spec, "-o"], {".html"}),
                              (["equations", spec, "--at", "start", "-o"], hdf5), (["new", "four-bar", "-o"], yaml),
                              (["import", self.write("r.urdf", ROBOT), "-o"], yaml)):

@@ -132,9 +132,9 @@ motion: {duration: 1, samples: 11, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
 
     def test_places_where_no_file_can_be_are_named(self):
         self.write("file", "")
-        for place, reason in ((self.path("file/a.h5"), ""), (self.folder, "it is a folder"),
-                              ("/dev/full", "it is not a regular file"), ("/proc/a.h5", "")):
-            for option in ("-o", "--csv"):
+        for option, name in (("-o", "a.h5"), ("--csv", "a.csv")):
+            for place, reason in ((self.path(f"file/{name}"), ""), (self.folder, "it is a folder"),
+                                  ("/dev/full", "it is not a regular file"), (f"/proc/{name}", "")):
                 done = self.simulate(option, place, "--force")
                 self.assert_failure(done, 5, f"error: cannot write {place}: {reason}")
                 self.assertEqual(done.stdout, "")

@@ -113,7 +113,7 @@ TEST_CASE("a wrong sign in a condition, a closure or what it is solved to is not
         const bool derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved;
         if (!derived && s.sections[k].formulas[f].label[0] != 'h') continue;
         auto texts = s.texts;
-        std::string& text = texts.at(text_key(k, f, s.sections[k].section, s.sections[k].formulas[f].label));
+        std::string& text = texts.at(text_key(k, f, section, s.sections[k].formulas[f].label));
         text.insert(0, "-");
         CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).is_consistent);
       }

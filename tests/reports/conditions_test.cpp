@@ -59,7 +59,7 @@ TEST_CASE("numbers in a row are ranges") {
 }
 
 TEST_CASE("conditions in JSON hold every coefficient, with its name where it has one") {
-  const auto json = nlohmann::json::parse(conditions_json(sample::conditions_view(), {"odd"}));
+  const auto json = nlohmann::json::parse(files::format_json(conditions_json(sample::conditions_view(), {"odd"})));
   CHECK(json["goal"] == "static");
   CHECK(json["rank"] == 3);
   CHECK(json["gap"] == 1e14);
@@ -77,5 +77,6 @@ TEST_CASE("conditions in JSON hold every coefficient, with its name where it has
   CHECK(json["warnings"] == std::vector<std::string>{"odd"});
   ConditionsReportData two = sample::conditions_view();
   two.conditions.goals.push_back({GoalKind::force});
-  CHECK(nlohmann::json::parse(conditions_json(two, {}))["goal"] == std::vector<std::string>{"static", "force"});
+  CHECK(nlohmann::json::parse(files::format_json(conditions_json(two, {})))["goal"] ==
+        std::vector<std::string>{"static", "force"});
 }

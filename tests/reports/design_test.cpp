@@ -102,7 +102,7 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
        {Optimality::not_optimised, Optimality::local_optimum, Optimality::budget_exhausted}) {
     view.report.outcome.optimality = optimality;
     CHECK(design_text(view, one_line).find("there is") == std::string::npos);
-    CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
+    CHECK(nlohmann::json::parse(files::format_json(design_json(view, {})))["objective"]["global"] == false);
   }
   view.report.outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
   CHECK(design_text(view, one_line)
@@ -129,7 +129,7 @@ TEST_CASE("without a goal nothing is called balanced (B12)") {
   view.report.outcome.optimality = Optimality::local_optimum;
   CHECK(design_text(view, one_line).find("made up: the smallest added mass that was found\n") == 0);
   view.report.outcome.status = DesignStatus::no_feasible_start;
-  CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
+  CHECK(nlohmann::json::parse(files::format_json(design_json(view, {})))["status"] == "not-found");
 }
 
 TEST_CASE("only the trajectories that the objective and the limits name are shown") {
@@ -137,7 +137,7 @@ TEST_CASE("only the trajectories that the objective and the limits name are show
   view.trajectories = {"cycloid"};
   CHECK(design_text(view).find("trajectory a/b") == std::string::npos);
   CHECK(design_text(view).find("\nalong a/b: see --verbose\n") != std::string::npos);
-  CHECK(nlohmann::json::parse(design_json(view, {}))["trajectories"].size() == 2);
+  CHECK(nlohmann::json::parse(files::format_json(design_json(view, {})))["trajectories"].size() == 2);
   CHECK(design_text(view, {.verbose = true}).find("trajectory a/b") != std::string::npos);
 }
 
@@ -171,7 +171,7 @@ TEST_CASE("a design tells what a user should know of the motions before and afte
   view.report.comparisons[0].before.outcome.notes = {"both", "first"};
   view.report.comparisons[0].after.outcome.notes = {"both", "then"};
   CHECK(design_text(view, one_line).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
-  const auto json = nlohmann::json::parse(design_json(view, {}))["trajectories"][0];
+  const auto json = nlohmann::json::parse(files::format_json(design_json(view, {})))["trajectories"][0];
   CHECK(json["before"]["notes"] == nlohmann::json({"both", "first"}));
   CHECK(json["after"]["notes"] == nlohmann::json({"both", "then"}));
 }
@@ -198,7 +198,7 @@ TEST_CASE("objectives in words, with their units") {
 }
 
 TEST_CASE("a design in JSON holds the same, unrounded") {
-  const auto json = nlohmann::json::parse(design_json(sample::sample_design(), {"out.yaml"}));
+  const auto json = nlohmann::json::parse(files::format_json(design_json(sample::sample_design(), {"out.yaml"})));
   CHECK(json["status"] == "balanced");
   CHECK(json["method"] == "affine");
   CHECK(json["proof"].is_null());

@@ -168,7 +168,7 @@ TEST_CASE("JSON holds the same figures, unrounded") {
   CHECK(json["about"] == std::vector<double>{0.5, -0.25});
   CHECK(json["samples"] == 5);
   CHECK(json["files"] == std::vector<std::string>{"out.h5"});
-  const auto checked = nlohmann::json::parse(check_json(report(), mechanism(), {"odd"}));
+  const auto checked = nlohmann::json::parse(files::format_json(check_json(report(), mechanism(), {"odd"})));
   CHECK(checked["degrees_of_freedom"] == 2);
   CHECK(checked["loops"][0]["closure_equations"] == 3);
   CHECK(checked["start"]["S"] == 0.125);

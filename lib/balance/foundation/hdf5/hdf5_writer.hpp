@@ -68,4 +68,10 @@ class Hdf5Writer {
 
 inline constexpr Hdf5Writer::Group root_group{};
 
+/// The entries of a vector, or of a matrix row by row.
+template <class RowMajor>
+std::span<const double> entries_of(const RowMajor& matrix) {
+  return {matrix.data(), static_cast<std::size_t>(matrix.size())};
+}
+
 }  // namespace balance::hdf5

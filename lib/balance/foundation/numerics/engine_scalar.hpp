@@ -1,9 +1,12 @@
 #pragma once
 /// The scalar that a template source is compiled for. The same sources are compiled over doubles (`balance::core`) and
-/// over duals (`balance::derivatives`, with BALANCE_DUALS), some also over many samples at once (cmake/Lanes.cmake):
-/// see cmake/Libraries.cmake. To be used only for the explicit instantiations at the end of a source.
+/// over duals (`balance::derivatives`, with BALANCE_DUALS), some also over many samples at once (cmake/Lanes.cmake) or
+/// over interval jets (`balance::synthesis`, with BALANCE_INTERVALS): see cmake/Libraries.cmake. To be used only for the explicit instantiations at the end of a source.
 
 #include "balance/foundation/base/dual.hpp"
+#ifdef BALANCE_INTERVALS
+#include "balance/foundation/base/interval_jet.hpp"
+#endif
 #ifdef BALANCE_LANES_TABLE
 #include "balance/foundation/base/pack.hpp"
 #include "balance/foundation/numerics/lane_block_triangular.hpp"
@@ -16,6 +19,8 @@ inline constexpr int dual_width = 8;
 
 #ifdef BALANCE_DUALS
 using EngineScalar = Dual<dual_width>;
+#elif defined(BALANCE_INTERVALS)
+using EngineScalar = IntervalJet;
 #elif defined(BALANCE_LANES_TABLE)
 using EngineScalar = Pack<native_lanes>;
 #else

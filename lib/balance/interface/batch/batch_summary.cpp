@@ -7,8 +7,7 @@
 #include "balance/interface/comparison/comparison.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/interface/files/atomic_file.hpp"
-#include "balance/interface/files/json.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/report_fields.hpp"
 #include "balance/interface/reports/junit.hpp"
 
 #include <fmt/format.h>
@@ -263,34 +262,47 @@ void add_csv_lines(const CaseRecord& record, const std::string& spec, const Metr
   text += fmt::format("{},energy,J,,,,,,{},,\n", begin, csv_number(record.energy));
 }
 
+const ReportFields<RequirementOutcome>& requirement_fields() {
+  using Row = RequirementOutcome;
+  static const ReportFields<Row> fields{
+      {&Row::text, JsonKey{"requirement"}, TextColumn{}},
+      {[](const Row& outcome) { return files::text_or_null(outcome.run); }, JsonKey{"case"}, TextColumn{}},
+      {[](const Row& outcome) { return requirement_status_name(outcome.status); }, JsonKey{"status"}, TextColumn{}},
+      {&Row::message, JsonKey{"verdict"}, TextColumn{}}};
+  return fields;
+}
+
+/// Relative to the printed number; NaN: unknown.
+double relative_deviation(const PublishedOutcome& outcome) {
+  const bool has_ratio = outcome.row.printed != 0 && std::isfinite(outcome.ours);
+  return has_ratio ? outcome.ours / outcome.row.printed - 1 : std::numeric_limits<double>::quiet_NaN();
+}
+
 Json published_json(const PublishedOutcome& outcome) {
   const PublishedRow& row = outcome.row;
-  const bool has_ratio = row.printed != 0 && std::isfinite(outcome.ours);
   return {{"what", row.what},
-          {"unit", row.unit.empty() ? Json(nullptr) : Json(row.unit)},
+          {"unit", files::text_or_null(row.unit)},
           {"printed", row.printed},
           {"exact", row.exact},
           {"tolerance", row.tolerance},
           {"ours", outcome.ours},
-          {"deviation", has_ratio ? Json(outcome.ours / row.printed - 1) : Json(nullptr)},
+          {"deviation", relative_deviation(outcome)},
           {"verdict", name_of(row.verdict)},
-          {"note", row.note.empty() ? Json(nullptr) : Json(row.note)},
+          {"note", files::text_or_null(row.note)},
           {"holds", outcome.holds}};
 }
 
 /// Adds where a case is from, if the suite says so.
 void add_source(const PublishedCase& published, Json& json) {
   if (published.is_empty()) return;
-  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
-  json["source"] = text_or_null(published.source.source);
-  json["page"] = text_or_null(published.source.page);
-  json["published"] = Json::array();
-  for (const PublishedOutcome& row : published.rows) json["published"].push_back(published_json(row));
+  json["source"] = files::text_or_null(published.source.source);
+  json["page"] = files::text_or_null(published.source.page);
+  json["published"] = files::list_json(published.rows, published_json);
   json["waits"] = Json::array();
   for (const WaitingRow& row : published.source.waits)
     json["waits"].push_back({{"what", row.what},
-                             {"unit", text_or_null(row.unit)},
-                             {"printed", text_or_null(row.printed)},
+                             {"unit", files::text_or_null(row.unit)},
+                             {"printed", files::text_or_null(row.printed)},
                              {"reason", row.reason}});
 }
 
@@ -306,8 +318,7 @@ Json case_json(const CaseRecord& record, const std::string& spec, const Publishe
                       {"mass_before", record.design->mass_before},
                       {"mass_after", record.design->mass_after},
                       {"added_mass", record.design->added_mass}};
-  json["metrics"] = Json::array();
-  for (const Metric& metric : record.metrics) json["metrics"].push_back(files::metric_json(metric));
+  json["metrics"] = files::metrics_json(record.metrics);
   json["energy"] = record.energy;
   for (const auto& [name, value] : record.solved) json["solved"][name] = value;
   add_source(published, json);
@@ -353,13 +364,8 @@ std::string summary_csv(const BatchSummary& summary) {
 
 std::string summary_json(const BatchSummary& summary) {
   Json json = {{"suite", summary.name}, {"exit_code", summary.exit_code()}};
-  json["baseline"] = summary.baseline.empty() ? Json(nullptr) : Json(summary.baseline);
-  json["requirements"] = Json::array();
-  for (const RequirementOutcome& outcome : summary.requirements)
-    json["requirements"].push_back({{"requirement", outcome.text},
-                                    {"case", outcome.run.empty() ? Json(nullptr) : Json(outcome.run)},
-                                    {"status", requirement_status_name(outcome.status)},
-                                    {"verdict", outcome.message}});
+  json["baseline"] = files::text_or_null(summary.baseline);
+  json["requirements"] = rows_json(summary.requirements, requirement_fields());
   json["cases"] = Json::array();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     json["cases"].push_back(case_json(summary.cases[i], summary.specs[i], summary.published[i]));
@@ -487,10 +493,9 @@ std::string requirement_title(const RequirementOutcome& outcome) {
 // Summaries for people: on a terminal and as Markdown.
 std::string format_batch_text(const BatchSummary& summary) {
   std::string text = summary.name + "\n\n" + format_table(case_table(summary));
-  files::TextTable requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
-  for (const RequirementOutcome& outcome : summary.requirements)
-    requirements.rows.push_back({outcome.text, outcome.run, outcome.message});
-  if (!requirements.rows.empty()) text += "\n" + format_table(requirements);
+  ReportFields<RequirementOutcome> fields = requirement_fields();
+  std::erase_if(fields, [](const auto& field) { return field.key == "status"; });
+  if (!summary.requirements.empty()) text += "\n" + format_table(rows_table(summary.requirements, fields));
   bool first = true;
   for (const CaseRecord& record : summary.cases) {
     if (record.message.empty()) continue;
@@ -544,11 +549,11 @@ std::string published_markdown(const BatchSummary& summary) {
                       published.source.page.empty() ? "" : ", p. " + files::escape_markdown(published.source.page));
     for (const PublishedOutcome& outcome : published.rows) {
       const PublishedRow& row = outcome.row;
-      const bool has_ratio = row.printed != 0 && std::isfinite(outcome.ours);
+      const double deviation = relative_deviation(outcome);
       table.rows.push_back({name, row.what + (row.unit.empty() ? "" : " [" + row.unit + "]"),
                             fmt::format("{}", row.printed), fmt::format("{}", row.exact),
                             std::isfinite(outcome.ours) ? fmt::format("{:.9g}", outcome.ours) : "-",
-                            has_ratio ? fmt::format("{:+.2g} %", 100 * (outcome.ours / row.printed - 1)) : "-",
+                            std::isnan(deviation) ? "-" : fmt::format("{:+.2g} %", 100 * deviation),
                             name_of(row.verdict), outcome.holds ? "yes" : "no", row.note});
     }
     for (const WaitingRow& row : published.source.waits)
@@ -574,13 +579,9 @@ std::string summary_markdown(const BatchSummary& summary) {
   text += format_markdown_table(case_table(summary));
   if (!summary.baseline.empty())
     text += fmt::format("\nThe baseline is {}.\n", files::escape_markdown(summary.baseline));
-  if (!summary.requirements.empty()) {
-    files::TextTable table{
-        {"requirement", "case", "status", "verdict"}, {Align::left, Align::left, Align::left, Align::left}, {}};
-    for (const RequirementOutcome& outcome : summary.requirements)
-      table.rows.push_back({outcome.text, outcome.run, requirement_status_name(outcome.status), outcome.message});
-    text += "\n## Requirements\n\n" + files::format_markdown_table(table, {0});
-  }
+  if (!summary.requirements.empty())
+    text +=
+        "\n## Requirements\n\n" + format_markdown_table(rows_table(summary.requirements, requirement_fields()), {0});
   return text + published_markdown(summary);
 }
 

@@ -152,8 +152,7 @@ std::string encode_record(const CaseRecord& record) {
                       {"mass_before", record.design->mass_before},
                       {"mass_after", record.design->mass_after},
                       {"added_mass", record.design->added_mass}};
-  json["metrics"] = Json::array();
-  for (const Metric& metric : record.metrics) json["metrics"].push_back(files::metric_json(metric));
+  json["metrics"] = files::metrics_json(record.metrics);
   json["energy"] = record.energy;
   for (const EvaluatedFigure& figure : record.figures) json["figures"].push_back(figure_json(figure));
   for (const auto& [name, value] : record.solved) json["solved"][name] = value;

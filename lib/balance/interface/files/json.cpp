@@ -1,6 +1,7 @@
 #include "balance/interface/files/json.hpp"
 
 #include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/files/result_group.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 #include <fmt/format.h>
@@ -42,14 +43,18 @@ std::string format_json(const Json& value) {
   return escape_invisible_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
+Json named_numbers_json(const std::vector<std::string>& names, const VectorX& values) {
+  Json json = Json::object();
+  const std::size_t count = std::min(names.size(), static_cast<std::size_t>(values.size()));
+  for (std::size_t k = 0; k < count; ++k) json[names[k]] = values[static_cast<Eigen::Index>(k)];
+  return json;
+}
+
 Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }
 
 Json numbers_json(const VectorX& numbers) { return std::vector<double>(numbers.begin(), numbers.end()); }
 
-Json metric_json(const Metric& metric) {
-  return {{"quantity", metric.quantity}, {"unit", metric.unit}, {"peak", metric.peak},  {"peak_time", metric.peak_time},
-          {"rms", metric.rms},           {"mean", metric.mean}, {"range", metric.range}};
-}
+Json metrics_json(const std::vector<Metric>& metrics) { return rows_json(metrics, metric_fields()); }
 
 Json outcome_json(const MotionOutcome& outcome) {
   Json json = {{"status", name_of(outcome.status)}};

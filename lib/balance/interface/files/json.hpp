@@ -33,9 +33,22 @@ using Json = nlohmann::ordered_json;
 /// Indented by two spaces, ending with a newline. Non-finite numbers become null.
 std::string format_json(const Json& value);
 
+/// The function's value for each element of a range.
+template <class Range, class Function>
+Json list_json(const Range& range, const Function& function) {
+  Json list = Json::array();
+  for (const auto& element : range) list.push_back(function(element));
+  return list;
+}
+
+inline Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+/// {"name": value, …}: as many as there are names and values.
+Json named_numbers_json(const std::vector<std::string>& names, const VectorX& values);
+
 Json vector_json(const Vector3& vector, int axes);
 Json numbers_json(const VectorX& numbers);
-Json metric_json(const Metric& metric);
+Json metrics_json(const std::vector<Metric>& metrics);
 Json outcome_json(const MotionOutcome& outcome);
 
 }  // namespace balance::files

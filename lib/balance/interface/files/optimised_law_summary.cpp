@@ -1,8 +1,9 @@
 #include "balance/interface/files/optimised_law_summary.hpp"
 
-#include "balance/interface/files/text_table.hpp"
-
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
 
 namespace balance::files {
 namespace {
@@ -10,6 +11,26 @@ namespace {
 constexpr std::size_t max_listed_intervals = 40;
 
 }  // namespace
+
+ReportFields<trajectory::ActiveLimitInterval> active_limit_fields() {
+  using Row = trajectory::ActiveLimitInterval;
+  const auto percent = [](double Row::*place) {
+    return [place](const Row& interval, const DisplayUnit&) { return format_number(100 * interval.*place); };
+  };
+  return {
+      {[](const Row& interval) { return interval.limit.empty() ? "none" : interval.limit; },
+       Hdf5Dataset{"quantity at its limit", "limit"}},
+      {&Row::begin, JsonKey{"begin"}, TextColumn{"from", six_digits}, SiUnit{"s"},
+       Hdf5Dataset{"time at which it reaches its limit"}},
+      {&Row::end, JsonKey{"end"}, TextColumn{"to", six_digits}, SiUnit{"s"},
+       Hdf5Dataset{"time at which it leaves its limit"}},
+      {&Row::path_begin, JsonKey{"from"}, TextColumn{"path from [%]"}, percent(&Row::path_begin), SiUnit{"1"},
+       Hdf5Dataset{"place at which it reaches its limit"}},
+      {&Row::path_end, JsonKey{"to"}, TextColumn{"to [%]"}, percent(&Row::path_end), SiUnit{"1"},
+       Hdf5Dataset{"place at which it leaves its limit"}},
+      {[](const Row& interval) { return text_or_null(interval.limit); }, JsonKey{"limit"}, TextColumn{"at its limit"},
+       [](const Row& interval, const DisplayUnit&) { return interval.limit.empty() ? "-" : interval.limit; }}};
+}
 
 std::string format_optimised_law(const trajectory::OptimisedLaw& law, const TextOptions& options) {
   const DisplayUnit time = find_display_unit("s", options.units), momentum = find_display_unit("N m s", options.units),
@@ -23,29 +44,18 @@ std::string format_optimised_law(const trajectory::OptimisedLaw& law, const Text
                          : fmt::format("gentlest law: peak of {} {:.9g}{} in {}", law.objective,
                                        peak.convert(law.objective_value), append_unit(peak), duration);
   text += fmt::format(", {} switch{}\n", law.switch_times.size(), law.switch_times.size() == 1 ? "" : "es");
-  TextTable table;
-  table.heading = {"from" + bracket_unit(time), "to" + bracket_unit(time), "path from [%]", "to [%]", "at its limit"};
-  table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
-  for (const trajectory::ActiveLimitInterval& interval : law.active_limits) {
-    if (table.rows.size() == max_listed_intervals) break;
-    table.rows.push_back({format_number(time.convert(interval.begin)), format_number(time.convert(interval.end)),
-                          format_number(100 * interval.path_begin), format_number(100 * interval.path_end),
-                          interval.limit.empty() ? "-" : interval.limit});
-  }
-  text += format_table(table, options.width);
+  const std::size_t listed = std::min(law.active_limits.size(), max_listed_intervals);
+  text += format_table(rows_table(std::span(law.active_limits).first(listed), active_limit_fields(), options.units),
+                       options.width);
   if (law.active_limits.size() > max_listed_intervals)
     text += fmt::format("and {} more\n", law.active_limits.size() - max_listed_intervals);
   return text;
 }
 
 Json optimised_law_json(const trajectory::OptimisedLaw& law) {
-  Json json = {{"duration", law.duration}, {"switches", law.switch_times}, {"stretches", Json::array()}};
-  for (const trajectory::ActiveLimitInterval& interval : law.active_limits)
-    json["stretches"].push_back({{"begin", interval.begin},
-                                 {"end", interval.end},
-                                 {"from", interval.path_begin},
-                                 {"to", interval.path_end},
-                                 {"limit", interval.limit.empty() ? Json(nullptr) : Json(interval.limit)}});
+  Json json = {{"duration", law.duration},
+               {"switches", law.switch_times},
+               {"stretches", rows_json(law.active_limits, active_limit_fields())}};
   if (law.momentum != 0) json["momentum"] = law.momentum;
   if (law.objective.empty()) return json;
   json["of"] = law.objective;

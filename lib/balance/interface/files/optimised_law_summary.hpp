@@ -1,13 +1,15 @@
 #pragma once
 /// An optimised law of motion, or an optimised path within a corridor, as text and JSON.
 
-#include "balance/interface/files/json.hpp"
-#include "balance/interface/files/text_options.hpp"
+#include "balance/interface/files/report_fields.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"
 
 #include <string>
 
 namespace balance::files {
+
+/// When a quantity is at its limit.
+ReportFields<trajectory::ActiveLimitInterval> active_limit_fields();
 
 /// The law found, and a table of which limit is active when; ends with a newline.
 std::string format_optimised_law(const trajectory::OptimisedLaw& law, const TextOptions& options = {});

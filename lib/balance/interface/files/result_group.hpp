@@ -2,13 +2,17 @@
 /// A RunResult as a group of an HDF5 file: the root of a run's own file, or one of several runs in a design file.
 
 #include "balance/foundation/hdf5/hdf5_writer.hpp"
-#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/report_fields.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/mechanics/results/result.hpp"
 
+#include <functional>
 #include <string>
 
 namespace balance::files {
+
+/// The figures of one quantity.
+const ReportFields<Metric>& metric_fields();
 
 // Payloads taken up or set down during a run, as text, JSON and HDF5.
 
@@ -21,8 +25,10 @@ Json payload_events_json(const RunResult& result);
 /// Writes the group `payload_changes`, unless it would be empty.
 void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result);
 
-/// Writes attributes of the root with the provenance of the file.
-void write_source_attributes(hdf5::Hdf5Writer& file, const Provenance& description);
+/// Writes attributes of the root with the provenance of the file, then what `write` adds: the complete file or none.
+/// @throws SystemError, Cancelled
+void write_hdf5_file(const std::string& path, const Provenance& description, const WriteOptions& options,
+                     const std::function<void(hdf5::Hdf5Writer&)>& write);
 
 /// Writes attributes that describe the run.
 void write_run_attributes(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group group, const Provenance& description);

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -135,8 +136,7 @@ std::string format_result_json(const RunResult& result, const Provenance& descri
   if (result.optimised_law) json["found_law"] = optimised_law_json(*result.optimised_law);
   if (!result.payload_events.empty()) json["payload_changes"] = payload_events_json(result);
   json["about"] = vector_json(result.moment_reference, result.axes);
-  json["metrics"] = Json::array();
-  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  json["metrics"] = metrics_json(result.metrics);
   json["energy"] = result.energy;
   json["notes"] = result.outcome.notes;
   json["files"] = files;
@@ -152,7 +152,6 @@ std::string format_error_json(const std::string& kind, const std::string& messag
 }
 
 std::string format_error_json(const std::string& kind, const SpecError& error) {
-  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
   const auto count_or_null = [](int count) { return count > 0 ? Json(count) : Json(nullptr); };
   Json mistakes = Json::array();
   for (const Diagnostic& mistake : error.diagnostics())
@@ -209,56 +208,67 @@ std::string format_payload_events(const RunResult& result, const specification::
   return text;
 }
 
-Json payload_events_json(const RunResult& result) {
-  Json events = Json::array();
-  for (const Change& change : result.payload_events) {
-    Json torque = Json::array();
+namespace {
+
+ReportFields<Change> payload_event_fields(const RunResult& result) {
+  const auto torques = [&result](const Change& change) {
+    Json list = Json::array();
     for (std::size_t a = 0; a < result.actuator_names.size(); ++a) {
       const auto i = static_cast<Eigen::Index>(a);
-      torque.push_back({{"actuator", result.actuator_names[a]},
-                        {"unit", result.actuator_units[a]},
-                        {"before", change.effort_before[i]},
-                        {"after", change.effort_after[i]}});
+      list.push_back({{"actuator", result.actuator_names[a]},
+                      {"unit", result.actuator_units[a]},
+                      {"before", change.effort_before[i]},
+                      {"after", change.effort_after[i]}});
     }
-    events.push_back({{"payload", change.payload},
-                      {"change", describe_payload_event(change)},
-                      {"time", change.time},
-                      {"speed", change.speed},
-                      {"turning", change.angular_speed},
-                      {"torque", std::move(torque)}});
-  }
-  return events;
+    return list;
+  };
+  ReportFields<Change> fields{
+      {[](const Change& change) { return change.payload + " " + describe_payload_event(change); },
+       Hdf5Dataset{"payload taken up or set down", "change"}},
+      {&Change::payload, JsonKey{"payload"}},
+      {results::describe_payload_event, JsonKey{"change"}},
+      {&Change::time, JsonKey{"time"}, Hdf5Dataset{"time of the change", "switch_time"}, SiUnit{"s"}},
+      {&Change::speed, JsonKey{"speed"}, Hdf5Dataset{"speed of the payload's place at that time"}, SiUnit{"m/s"}},
+      {&Change::angular_speed, JsonKey{"turning"}, SiUnit{"rad/s"},
+       Hdf5Dataset{"angular velocity of its body at that time, if it has a moment of inertia"}},
+      {torques, JsonKey{"torque"}}};
+  if (result.actuator_names.empty()) return fields;
+  fields.push_back({[](const Change& change) { return numbers_json(change.effort_before); },
+                    Hdf5Dataset{"torque or force of the actuator just before", "torque_before"}});
+  fields.push_back({[](const Change& change) { return numbers_json(change.effort_after); },
+                    Hdf5Dataset{"torque or force of the actuator just after", "torque_after"}});
+  return fields;
+}
+
+}  // namespace
+
+Json payload_events_json(const RunResult& result) {
+  return rows_json(result.payload_events, payload_event_fields(result));
 }
 
 void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result) {
-  const std::vector<Change>& events = result.payload_events;
-  if (events.empty()) return;
+  if (result.payload_events.empty()) return;
   const hdf5::Hdf5Writer::Group group = file.add_group(parent, "payload_changes");
-  std::vector<std::string> labels;
-  for (const Change& change : events) labels.push_back(change.payload + " " + describe_payload_event(change));
-  const hdf5::Hdf5Writer::Dimension change_dimension =
-      file.add_dimension(group, {"change", "payload taken up or set down", "1", {}, {}}, labels);
-  const auto add = [&](const char* name, const char* long_name, const char* unit, double Change::*number) {
-    std::vector<double> values;
-    for (const Change& change : events) values.push_back(change.*number);
-    file.add_variable(group, {name, long_name, unit, {change_dimension}, {}}, values);
-  };
-  add("switch_time", "time of the change", "s", &Change::time);
-  add("speed", "speed of the payload's place at that time", "m/s", &Change::speed);
-  add("turning", "angular velocity of its body at that time, if it has a moment of inertia", "rad/s",
-      &Change::angular_speed);
-  if (result.actuator_names.empty()) return;
-  const hdf5::Hdf5Writer::Dimension actuator =
-      file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
-  const auto add_efforts = [&](const char* name, const char* long_name, VectorX Change::*efforts) {
-    std::vector<double> values;
-    for (const Change& change : events) values.insert(values.end(), (change.*efforts).begin(), (change.*efforts).end());
-    file.add_variable(group,
-                      {name, long_name, results::common_unit(result.actuator_units), {change_dimension, actuator}, {}},
-                      values);
-  };
-  add_efforts("torque_before", "torque or force of the actuator just before", &Change::effort_before);
-  add_efforts("torque_after", "torque or force of the actuator just after", &Change::effort_after);
+  std::optional<hdf5::Hdf5Writer::Dimension> actuator;
+  if (!result.actuator_names.empty())
+    actuator = file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
+  write_rows(file, group, result.payload_events, payload_event_fields(result),
+             results::common_unit(result.actuator_units), actuator);
+}
+
+const ReportFields<Metric>& metric_fields() {
+  static const ReportFields<Metric> fields{
+      {&Metric::quantity, JsonKey{"quantity"}, TextColumn{}, Hdf5Dataset{"quantity"}},
+      {&Metric::unit, JsonKey{"unit"}, TextColumn{}, unit_name_or_1, Hdf5Dataset{"unit of the quantity"}},
+      {&Metric::peak, JsonKey{"peak"}, TextColumn{"peak", six_digits}, Hdf5Dataset{"largest magnitude"}},
+      {&Metric::peak_time, JsonKey{"peak_time"}, TextColumn{"at time", six_digits}, SiUnit{"s"},
+       Hdf5Dataset{"time of the largest magnitude"}},
+      {&Metric::rms, JsonKey{"rms"}, TextColumn{"rms", six_digits},
+       Hdf5Dataset{"root of the time average of the squared magnitude"}},
+      {&Metric::mean, JsonKey{"mean"}, TextColumn{"mean", six_digits}, Hdf5Dataset{"time average of the magnitude"}},
+      {&Metric::range, JsonKey{"range"}, Hdf5Dataset{"largest minus smallest value (vectors: magnitude)"}},
+      {&Metric::round_off, Hdf5Dataset{"values up to this count as 0 in the figures", "round_off"}}};
+  return fields;
 }
 
 namespace {
@@ -274,18 +284,11 @@ bool is_trivial(const Metric& metric) {
 }
 
 std::string metrics_table(const RunResult& result, const TextOptions& options) {
-  const DisplayUnit time = find_display_unit("s", options.units);
-  TextTable table;
-  table.heading = {"quantity", "unit", "peak", "at time" + bracket_unit(time), "rms", "mean"};
-  table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
+  std::vector<Metric> shown;
+  for (const Metric& metric : result.metrics)
+    if (options.verbose || !is_trivial(metric)) shown.push_back(metric);
+  TextTable table = rows_table(shown, metric_fields(), options.units);
   table.key_columns = 2;
-  for (const Metric& metric : result.metrics) {
-    if (!options.verbose && is_trivial(metric)) continue;
-    const DisplayUnit unit = find_display_unit(metric.unit, options.units);
-    table.rows.push_back({metric.quantity, unit_cell(unit), format_number(unit.convert(metric.peak)),
-                          format_number(time.convert(metric.peak_time)), format_number(unit.convert(metric.rms)),
-                          format_number(unit.convert(metric.mean))});
-  }
   return format_table(table, options.width);
 }
 

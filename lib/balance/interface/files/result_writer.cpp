@@ -30,39 +30,24 @@ namespace {
 
 using Dimension = Hdf5Writer::Dimension;
 
-std::span<const double> law_column(const VectorX& values) {
-  return {values.data(), static_cast<std::size_t>(values.size())};
-}
-
 void add_plane(Hdf5Writer& file, Hdf5Writer::Group group, const trajectory::PhasePlane& plane) {
   if (plane.time.size() > 0) {
-    const Dimension time = file.add_dimension(group, {"time", "time", "s", {}, {}}, law_column(plane.time));
+    const Dimension time = file.add_dimension(group, {"time", "time", "s", {}, {}}, hdf5::entries_of(plane.time));
     file.add_variable(group, {"place", "fraction of the path covered", "1", {time}, {}},
-                      law_column(plane.path_parameter));
-    file.add_variable(group, {"rate", "rate of the place", "1/s", {time}, {}}, law_column(plane.path_rate));
+                      hdf5::entries_of(plane.path_parameter));
+    file.add_variable(group, {"rate", "rate of the place", "1/s", {time}, {}}, hdf5::entries_of(plane.path_rate));
   }
   if (plane.mvc_path_parameter.size() == 0) return;
-  const Dimension path_parameter = file.add_dimension(
-      group, {"ceiling_place", "fraction of the path covered", "1", {}, {}}, law_column(plane.mvc_path_parameter));
+  const Dimension path_parameter =
+      file.add_dimension(group, {"ceiling_place", "fraction of the path covered", "1", {}, {}},
+                         hdf5::entries_of(plane.mvc_path_parameter));
   file.add_variable(group, {"ceiling", "largest rate of the place within the limits", "1/s", {path_parameter}, {}},
-                    law_column(plane.mvc_path_rate));
+                    hdf5::entries_of(plane.mvc_path_rate));
 }
 
 void add_active_limits(Hdf5Writer& file, Hdf5Writer::Group group, const std::vector<ActiveLimitInterval>& intervals) {
   if (intervals.empty()) return;
-  std::vector<std::string> limits;
-  for (const ActiveLimitInterval& interval : intervals)
-    limits.push_back(interval.limit.empty() ? "none" : interval.limit);
-  const Dimension limit = file.add_dimension(group, {"limit", "quantity at its limit", "1", {}, {}}, limits);
-  const auto add = [&](const char* name, const char* long_name, const char* unit, double ActiveLimitInterval::*member) {
-    std::vector<double> values;
-    for (const ActiveLimitInterval& interval : intervals) values.push_back(interval.*member);
-    file.add_variable(group, {name, long_name, unit, {limit}, {}}, values);
-  };
-  add("begin", "time at which it reaches its limit", "s", &ActiveLimitInterval::begin);
-  add("end", "time at which it leaves its limit", "s", &ActiveLimitInterval::end);
-  add("from", "place at which it reaches its limit", "1", &ActiveLimitInterval::path_begin);
-  add("to", "place at which it leaves its limit", "1", &ActiveLimitInterval::path_end);
+  write_rows(file, group, intervals, active_limit_fields());
 }
 
 void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const trajectory::OptimisedLaw& law) {
@@ -108,7 +93,7 @@ std::optional<Dimension> add_labels(Hdf5Writer& file, Hdf5Writer::Group group, c
 
 Dimensions add_dimensions(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r) {
   Dimensions d;
-  d.time = file.add_dimension(group, {"time", "time", "s", {}, {}}, std::span(r.time.data(), r.time.size()));
+  d.time = file.add_dimension(group, {"time", "time", "s", {}, {}}, hdf5::entries_of(r.time));
   d.coordinate = add_labels(file, group, "coordinate", "joint coordinate", r.coordinate_names);
   d.joint = add_labels(file, group, "joint", "joint", r.joint_names);
   d.actuator = add_labels(file, group, "actuator", "actuated joint coordinate", r.actuator_names);
@@ -139,10 +124,6 @@ std::vector<Dimension> dimensions_of(ColumnKind columns, const Dimensions& d) {
     case ColumnKind::body_quaternion: return {d.time, d.body.value(), d.quaternion.value()};
   }
   return {};
-}
-
-std::span<const double> values_of(const Samples& samples) {
-  return {samples.data(), static_cast<std::size_t>(samples.size())};
 }
 
 /// Writes the unit of each label, if they differ.
@@ -202,7 +183,7 @@ void add_samples(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r, 
     if (quantity.has_moment_reference) variable.attributes.push_back({"about", moment_reference});
     if (const auto round_off = round_off_per_label(r, quantity); !round_off.empty())
       variable.attributes.push_back({"round_off", round_off});
-    file.add_variable(group, variable, values_of(*quantity.samples));
+    file.add_variable(group, variable, hdf5::entries_of(*quantity.samples));
   }
   if (r.newton_iterations.size() == 0) return;
   file.add_variable(group, {"newton_iterations", "Newton iterations for the position", "1", {d.time}, {}},
@@ -214,28 +195,14 @@ void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r)
   file.add_variable(group, {"energy", "energy moved by the actuators, the integral of the sum of |power|", "J", {}, {}},
                     std::span(&r.energy, 1));
   if (r.metrics.empty()) return;
-  std::vector<std::string> names, units;
-  for (const Metric& metric : r.metrics) {
-    names.push_back(metric.quantity);
-    units.push_back(metric.unit);
-  }
-  const Dimension quantity = file.add_dimension(group, {"quantity", "quantity", "1", {}, {}}, names);
-  file.add_variable(group, {"unit", "unit of the quantity", "1", {quantity}, {}}, units);
-  const auto add = [&](const char* name, const char* long_name, const std::string& unit, double Metric::*figure) {
-    std::vector<double> values;
-    for (const Metric& metric : r.metrics) values.push_back(metric.*figure);
-    file.add_variable(group, {name, long_name, unit, {quantity}, {}}, values);
-  };
-  const std::string unit = results::common_unit(units);
-  add("peak", "largest magnitude", unit, &Metric::peak);
-  add("peak_time", "time of the largest magnitude", "s", &Metric::peak_time);
-  add("rms", "root of the time average of the squared magnitude", unit, &Metric::rms);
-  add("mean", "time average of the magnitude", unit, &Metric::mean);
-  add("range", "largest minus smallest value (vectors: magnitude)", unit, &Metric::range);
-  add("round_off", "values up to this count as 0 in the figures", unit, &Metric::round_off);
+  std::vector<std::string> units;
+  for (const Metric& metric : r.metrics) units.push_back(metric.unit);
+  write_rows(file, group, r.metrics, metric_fields(), results::common_unit(units));
 }
 
 }  // namespace
+
+namespace {
 
 void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
   file.set_attribute(hdf5::root_group, "title", d.title);
@@ -249,6 +216,23 @@ void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
   for (const auto& [name, value] : d.overrides) names.push_back(name), values.push_back(value);
   file.set_attribute(hdf5::root_group, "override_names", names);
   file.set_attribute(hdf5::root_group, "override_values", values);
+}
+
+}  // namespace
+
+void write_hdf5_file(const std::string& path, const Provenance& description, const WriteOptions& options,
+                     const std::function<void(Hdf5Writer&)>& write) {
+  AtomicFile output(path, options.existing, options.temporary_tag);
+  const bool compress = options.compression == Compression::gzip;
+  {
+    Hdf5Writer file(output.descriptor(), path,
+                    compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+    write_source_attributes(file, description);
+    write(file);
+    file.close();
+  }  // others may use HDF5 while this one waits for the disk
+  throw_if_cancelled(options);
+  output.commit(options.durability);
 }
 
 void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& d) {
@@ -290,7 +274,7 @@ void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const 
                        results::common_unit(quantity.units),
                        dimensions_of(quantity.columns, dimensions),
                        {}},
-                      values_of(*quantity.samples));
+                      hdf5::entries_of(*quantity.samples));
   }
 }
 
@@ -299,19 +283,11 @@ void write_result_hdf5(const std::string& path, const RunResult& result, const P
   if (result.outcome.status != MotionStatus::done && description.controller.empty())
     throw std::invalid_argument("only a run that is done, or one under control, is written");
   if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
-  AtomicFile output(path, options.existing, options.temporary_tag);
-  const bool compress = options.compression == Compression::gzip;
-  const auto storage = compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous;
-  {
-    Hdf5Writer file(output.descriptor(), path, storage);
-    write_source_attributes(file, description);
+  write_hdf5_file(path, description, options, [&](Hdf5Writer& file) {
     write_run_attributes(file, {}, description);
     if (!description.controller.empty()) write_outcome_attributes(file, {}, result.outcome);
     write_result_variables(file, {}, result, options);
-    file.close();
-  }  // others may use HDF5 while this one waits for the disk
-  throw_if_cancelled(options);
-  output.commit(options.durability);
+  });
 }
 
 }  // namespace balance::files

@@ -3,6 +3,7 @@
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -12,7 +13,9 @@ namespace {
 
 using namespace certificate;
 
-constexpr int format_version = 1;
+/// Version 2 is that of conditions of moments, with heights that are quadratic in places.
+constexpr int format_version = 1, moment_format_version = 2;
+constexpr std::array<const char*, PlacedHeight::count> function_names{"1", "x", "y", "x2+y2", "ratio"};
 
 /// Hexadecimal, so that readers with exact arithmetic lose nothing: "-0x1.8p+1".
 std::string exact(double value) {
@@ -27,7 +30,7 @@ class CertificateFormatter {
 
   std::string format(const std::string& objective, const files::Provenance& description) const {
     const Json head = {{"format", "balance-certificate"},
-                       {"version", format_version},
+                       {"version", has_moments() ? moment_format_version : format_version},
                        {"program", description.version},
                        {"command", description.command_line},
                        {"mechanism", description.title},
@@ -48,6 +51,11 @@ class CertificateFormatter {
   }
 
  private:
+  bool has_moments() const {
+    return std::any_of(bound_.proof.begin(), bound_.proof.end(),
+                       [](const GeometryProof& proof) { return proof.geometry.linkage.balances_moments; });
+  }
+
   static std::string member(const std::string& indent, const std::string& key, const Json& value) {
     return indent + Json(key).dump() + ": " + value.dump();
   }
@@ -86,12 +94,59 @@ class CertificateFormatter {
     return {{"scale", polynomial(height.scale)}, {"coefficients", coefficients}};
   }
 
+  /// The functions of a place and a ratio, and the free numbers that these are; null: none.
+  Json placed(const PlacedHeight& height, const std::array<int, 3>& numbers) const {
+    Json functions = Json::object(), coordinates = Json::array();
+    for (std::size_t f = 0; f < PlacedHeight::count; ++f) {
+      if (height.coefficients[f].empty()) continue;
+      Json coefficients = Json::array();
+      for (const LengthPolynomial& p : height.coefficients[f]) coefficients.push_back(polynomial(p));
+      functions[function_names[f]] = coefficients;
+    }
+    for (const int number : numbers) coordinates.push_back(number < 0 ? Json() : Json(name(number)));
+    return {{"scale", polynomial(height.scale)}, {"functions", functions}, {"coordinates", coordinates}};
+  }
+
+  /// With moments also places and ratios.
   Json lengths(const LengthGeometry& geometry) const {
     Json intervals = Json::object();
     const BoxProgram program(geometry.linkage, geometry.dual, geometry.conditions);
-    for (const int length : program.lengths())
+    std::vector<int> numbers = program.lengths();
+    if (geometry.linkage.balances_moments) {
+      for (const FreeCounterweight& counterweight : geometry.linkage.counterweights)
+        for (const int number : counterweight.place_numbers)
+          if (number >= 0) numbers.push_back(number);
+      for (const int number : list_free_ratios(geometry.linkage)) numbers.push_back(number);
+    }
+    for (const int length : numbers)
       intervals[name(length)] = {exact(geometry.box.lower[length]), exact(geometry.box.upper[length])};
     return intervals;
+  }
+
+  Json counterweight(const LengthGeometry& geometry, std::size_t i) const {
+    const FreeCounterweight& counterweight = geometry.linkage.counterweights[i];
+    Json result = {{"name", counterweight.name}, {"mass", {exact(counterweight.lower), exact(counterweight.upper)}}};
+    if (geometry.linkage.balances_moments) {
+      result["placed"] =
+          placed(geometry.dual.placed[i],
+                 {counterweight.place_numbers[0], counterweight.place_numbers[1], counterweight.spin.ratio_number});
+      return result;
+    }
+    Json corners = Json::array();
+    for (const VirtualHeight& corner : geometry.dual.corners[i]) corners.push_back(height(corner));
+    result["corners"] = corners;
+    return result;
+  }
+
+  std::vector<Json> inertias(const LengthGeometry& geometry) const {
+    std::vector<Json> all;
+    for (std::size_t i = 0; i < geometry.linkage.inertias.size(); ++i) {
+      const FreeInertia& inertia = geometry.linkage.inertias[i];
+      all.push_back({{"name", inertia.name},
+                     {"inertia", {exact(inertia.lower), exact(inertia.upper)}},
+                     {"placed", placed(geometry.dual.inertias[i], {-1, -1, inertia.spin.ratio_number})}});
+    }
+    return all;
   }
 
   std::string geometry(const GeometryProof& proof) const {
@@ -99,14 +154,8 @@ class CertificateFormatter {
     Json substitution = Json::object();
     for (const auto& [number, value] : geometry.substitution) substitution[name(number)] = polynomial(value);
     std::vector<Json> counterweights, conditions, boxes;
-    for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i) {
-      const FreeCounterweight& counterweight = geometry.linkage.counterweights[i];
-      Json corners = Json::array();
-      for (const VirtualHeight& corner : geometry.dual.corners[i]) corners.push_back(height(corner));
-      counterweights.push_back({{"name", counterweight.name},
-                                {"mass", {exact(counterweight.lower), exact(counterweight.upper)}},
-                                {"corners", corners}});
-    }
+    for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i)
+      counterweights.push_back(counterweight(geometry, i));
     for (const LengthCondition& condition : geometry.conditions)
       conditions.push_back({{"polynomial", polynomial(condition.polynomial)}, {"is_zero", condition.is_equality}});
     for (const ProofStep& step : proof.steps) boxes.push_back(box(step, geometry));
@@ -117,6 +166,7 @@ class CertificateFormatter {
     text += member("  ", "own_mass", polynomial(geometry.linkage.fixed_size.real())) + ",\n";
     text += member("  ", "fixed_masses", height(geometry.dual.fixed_masses)) + ",\n";
     text += lines("counterweights", counterweights) + ",\n";
+    if (geometry.linkage.balances_moments) text += lines("inertias", inertias(geometry)) + ",\n";
     text += lines("conditions", conditions) + ",\n";
     return text + lines("boxes", boxes) + "}";
   }
@@ -137,7 +187,8 @@ class CertificateFormatter {
     Json affine = Json::array(), w = Json::array(), sigma = Json::object(), kappa = Json::object();
     for (const int length : multipliers.affine) affine.push_back(name(length));
     for (int j = 0; j < multipliers.unknowns; ++j) w.push_back(column(j));
-    for (std::size_t i = 0; i < multipliers.limit_index.size(); ++i)
+    const std::size_t counterweights = geometry.linkage.counterweights.size();
+    for (std::size_t i = 0; i < counterweights; ++i)
       if (multipliers.limit_index[i] >= 0)
         sigma[geometry.linkage.counterweights[i].name] = {
             {"is_upper_used", multipliers.mass_limits[i].is_upper_used},
@@ -146,7 +197,12 @@ class CertificateFormatter {
       if (multipliers.condition_multipliers[static_cast<Eigen::Index>(c)] != 0)
         kappa[std::to_string(multipliers.conditions[c])] =
             exact(multipliers.condition_multipliers[static_cast<Eigen::Index>(c)]);
-    return {{"bound", exact(step.bound)}, {"affine", affine}, {"w", w}, {"sigma", sigma}, {"kappa", kappa}};
+    Json result = {{"bound", exact(step.bound)}, {"affine", affine}, {"w", w}, {"sigma", sigma}, {"kappa", kappa}};
+    if (!geometry.linkage.balances_moments) return result;
+    result["inertia_sigma"] = Json::array();
+    for (std::size_t i = counterweights; i < multipliers.limit_index.size(); ++i)
+      result["inertia_sigma"].push_back(column(multipliers.unknowns + multipliers.limit_index[i]));
+    return result;
   }
 
   const DesignReport& report_;

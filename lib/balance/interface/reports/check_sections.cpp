@@ -1,8 +1,7 @@
 #include "balance/interface/reports/check_sections.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/interface/files/json.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/report_fields.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,18 +26,49 @@ Json mode_json(const verification::AssemblyMode& mode, const Mechanism& mechanis
           {"selected", mode.is_selected}};
 }
 
+ReportFields<verification::QuantityDifference> difference_fields(double tolerance) {
+  using Row = verification::QuantityDifference;
+  return {{&Row::quantity, JsonKey{"quantity"}, TextColumn{}},
+          {&Row::unit, JsonKey{"unit"}, TextColumn{}, files::unit_name_or_1},
+          {&Row::difference, JsonKey{"difference"}, TextColumn{"largest difference", "{:.2e}"}},
+          {&Row::time, JsonKey{"time"}, TextColumn{"at time", files::six_digits}, SiUnit{"s"}},
+          {&Row::scale, JsonKey{"scale"}},
+          {&Row::relative, JsonKey{"relative"}, TextColumn{}, [=](const Row& row, const files::DisplayUnit&) {
+             return fmt::format("{:.1e}{}", row.relative(), row.relative() <= tolerance ? "" : " !");
+           }}};
+}
+
+Json verify_json(const verification::VerifyReport& report) {
+  Json json = {
+      {"agree", report.is_consistent}, {"tolerance", verification::verify_tolerance}, {"trajectories", Json::array()}};
+  for (const verification::TrajectoryVerification& run : report.trajectories)
+    json["trajectories"].push_back({{"trajectory", run.trajectory},
+                                    {"agree", run.is_consistent},
+                                    {"samples", run.samples},
+                                    {"tolerance", run.tolerance},
+                                    {"tree", files::outcome_json(run.tree)},
+                                    {"natural", files::outcome_json(run.natural)},
+                                    {"differences", rows_json(run.differences, difference_fields(run.tolerance))}});
+  const verification::ConditionsVerification& c = report.conditions;
+  json["force_conditions"] = {{"agree", c.is_consistent},
+                              {"by_sampling", c.sampled},
+                              {"from_coefficients", c.coefficients},
+                              {"apart", c.subspace_angle_sine}};
+  if (!c.reason.empty()) json["force_conditions"]["reason"] = c.reason;
+  return json;
+}
+
 }  // namespace
 
-std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const verification::VerifyReport* verification) {
+Json check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
+                const verification::VerifyReport* verification) {
   const bool planar = mechanism.space == SpaceKind::planar;
   Json json = {{"mechanism", mechanism.name}, {"space", planar ? "planar" : "spatial"}};
   json["outcome"] = files::outcome_json(report.outcome);
   json["bodies"] = report.bodies;
   json["joints"] = report.joints;
   json["tree_joints"] = report.tree_joints;
-  json["loops"] = Json::array();
-  for (const verification::Loop& loop : report.loops) json["loops"].push_back(loop_json(loop));
+  json["loops"] = files::list_json(report.loops, loop_json);
   json["tree_coordinates"] = report.tree_coordinates;
   json["closure_equations"] = report.closure_equations;
   json["closure_rank"] = report.closure_rank;
@@ -53,12 +83,12 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["total_mass"] = report.total_mass;
   json["com"] = files::vector_json(report.com, planar ? 2 : 3);
   json["start"] = coordinates_json(report.start, mechanism);
-  json["modes"] = Json::array();
-  for (const verification::AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
+  json["modes"] = files::list_json(report.modes,
+                                   [&](const verification::AssemblyMode& mode) { return mode_json(mode, mechanism); });
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verification != nullptr) json["verification"] = verify_json(*verification);
-  return files::format_json(json);
+  return json;
 }
 
 namespace {
@@ -228,17 +258,8 @@ std::string trajectory_text(const verification::TrajectoryVerification& run, con
         "trajectory {}: {}\n  tree:    {}\n  natural: {}\n", run.trajectory,
         run.is_consistent ? "both formulations reject it" : "one formulation rejects what the other runs",
         describe_outcome(run.tree), describe_outcome(run.natural));
-  const files::DisplayUnit time = files::find_display_unit("s", options.units);
-  files::TextTable table;
+  files::TextTable table = rows_table(run.differences, difference_fields(run.tolerance), options.units);
   table.key_columns = 2;
-  table.heading = {"quantity", "unit", "largest difference", "at time" + bracket_unit(time), "relative"};
-  table.align = {files::Align::left, files::Align::left, files::Align::right, files::Align::right, files::Align::right};
-  for (const verification::QuantityDifference& d : run.differences) {
-    const files::DisplayUnit unit = files::find_display_unit(d.unit, options.units);
-    table.rows.push_back({d.quantity, unit_cell(unit), fmt::format("{:.2e}", unit.convert(d.difference)),
-                          files::format_number(time.convert(d.time)),
-                          fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
-  }
   const std::string tolerance_note = run.tolerance > verification::verify_tolerance
                                          ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance)
                                          : std::string();
@@ -264,35 +285,6 @@ std::string verify_text(const verification::VerifyReport& report, const files::T
   text += conditions_text(report.conditions);
   text += report.is_consistent ? "both formulations agree\n" : "the formulations differ by more than round-off\n";
   return files::wrap_lines(text, options.width);
-}
-
-Json verify_json(const verification::VerifyReport& report) {
-  Json json = {
-      {"agree", report.is_consistent}, {"tolerance", verification::verify_tolerance}, {"trajectories", Json::array()}};
-  for (const verification::TrajectoryVerification& run : report.trajectories) {
-    Json differences = Json::array();
-    for (const verification::QuantityDifference& d : run.differences)
-      differences.push_back({{"quantity", d.quantity},
-                             {"unit", d.unit},
-                             {"difference", d.difference},
-                             {"time", d.time},
-                             {"scale", d.scale},
-                             {"relative", d.relative()}});
-    json["trajectories"].push_back({{"trajectory", run.trajectory},
-                                    {"agree", run.is_consistent},
-                                    {"samples", run.samples},
-                                    {"tolerance", run.tolerance},
-                                    {"tree", files::outcome_json(run.tree)},
-                                    {"natural", files::outcome_json(run.natural)},
-                                    {"differences", differences}});
-  }
-  const verification::ConditionsVerification& c = report.conditions;
-  json["force_conditions"] = {{"agree", c.is_consistent},
-                              {"by_sampling", c.sampled},
-                              {"from_coefficients", c.coefficients},
-                              {"apart", c.subspace_angle_sine}};
-  if (!c.reason.empty()) json["force_conditions"]["reason"] = c.reason;
-  return json;
 }
 
 }  // namespace balance::reports

@@ -13,9 +13,9 @@
 namespace balance::reports {
 
 /// One object with the whole report.
-/// @param verification adds "verification", the result of verify_json(), if not null
-std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const verification::VerifyReport* verification = nullptr);
+/// @param verification adds "verification", the comparison of the two formulations, if not null
+Json check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
+                const verification::VerifyReport* verification = nullptr);
 
 // Results of `balance check` as text.
 
@@ -23,11 +23,9 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
 /// what there is none of is left out unless verbose. Lines to paste into the spec are in its own units.
 std::string check_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options = {});
 
-// Comparison of the two formulations as text and as JSON.
+// Comparison of the two formulations as text.
 
 /// A table of the largest differences per trajectory and a line on the conditions, ending with a line feed.
 std::string verify_text(const verification::VerifyReport& report, const files::TextOptions& options = {});
-
-Json verify_json(const verification::VerifyReport& report);
 
 }  // namespace balance::reports

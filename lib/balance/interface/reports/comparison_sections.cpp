@@ -1,14 +1,15 @@
 #include "balance/interface/reports/comparison_sections.hpp"
 
 #include "balance/foundation/base/unicode_text.hpp"
-#include "balance/interface/files/json.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/report_fields.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace balance::reports {
 
@@ -20,10 +21,26 @@ using files::TextTable;
 
 namespace {
 
-Json run_json(const ComparedRuns::Run& run) {
-  return {{"name", run.name},    {"file", run.file},   {"mechanism", run.title},   {"trajectory", run.trajectory},
-          {"law", run.law},      {"drive", run.drive}, {"duration", run.duration}, {"samples", run.samples},
-          {"energy", run.energy}};
+constexpr std::array<std::pair<Statistic, const char*>, 4> statistics{
+    {{Statistic::peak, "peak"}, {Statistic::rms, "rms"}, {Statistic::mean, "mean"}, {Statistic::range, "range"}}};
+
+const ReportFields<ComparedRuns::Run>& run_fields() {
+  using Row = ComparedRuns::Run;
+  static const ReportFields<Row> fields{
+      {&Row::name, JsonKey{"name"}, TextColumn{"run"}},
+      {&Row::file, JsonKey{"file"}, TextColumn{},
+       [](const Row& run, const files::DisplayUnit&) { return escape_for_terminal(run.file); }},
+      {&Row::title, JsonKey{"mechanism"}, TextColumn{}},
+      {&Row::trajectory, JsonKey{"trajectory"}, TextColumn{},
+       [](const Row& run, const files::DisplayUnit&) {
+         return fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive);
+       }},
+      {&Row::law, JsonKey{"law"}},
+      {&Row::drive, JsonKey{"drive"}},
+      {&Row::duration, JsonKey{"duration"}, TextColumn{"duration", "{:.6g}"}, SiUnit{"s"}},
+      {&Row::samples, JsonKey{"samples"}, TextColumn{}},
+      {&Row::energy, JsonKey{"energy"}}};
+  return fields;
 }
 
 Json difference_json(const std::optional<comparison::Difference>& difference) {
@@ -34,16 +51,11 @@ Json difference_json(const std::optional<comparison::Difference>& difference) {
 Json metric_of_run_json(const ComparedQuantity& quantity, std::size_t run) {
   const auto& metric = quantity.metrics[run];
   if (!metric) return nullptr;
-  Json json = {{"peak", metric->peak},
-               {"peak_time", metric->peak_time},
-               {"rms", metric->rms},
-               {"mean", metric->mean},
-               {"range", metric->range}};
+  Json json = files::metrics_json({*metric}).front();
+  json.erase("quantity");
+  json.erase("unit");
   if (run == 0) return json;
-  json["ratio"] = {{"peak", ratio_to_base(quantity, run, Statistic::peak)},
-                   {"rms", ratio_to_base(quantity, run, Statistic::rms)},
-                   {"mean", ratio_to_base(quantity, run, Statistic::mean)},
-                   {"range", ratio_to_base(quantity, run, Statistic::range)}};
+  for (const auto& [statistic, name] : statistics) json["ratio"][name] = ratio_to_base(quantity, run, statistic);
   json["difference"] = difference_json(quantity.differences[run]);
   return json;
 }
@@ -55,39 +67,41 @@ Json quantity_json(const ComparedQuantity& quantity, const ComparedRuns& compare
   return json;
 }
 
-}  // namespace
-
-Json verdict_json(const RequirementVerdict& verdict) {
-  Json json = {{"requirement", verdict.requirement},
-               {"run", verdict.run.empty() ? Json(nullptr) : Json(verdict.run)},
-               {"holds", verdict.holds},
-               {"outcome", describe_verdict(verdict)},
-               {"comparisons", Json::array()},
-               {"missing", verdict.missing}};
-  for (const comparison::JudgedComparison& judged : verdict.compared) {
-    json["comparisons"].push_back({{"left_text", judged.left_text},
-                                   {"relation", relation_symbol(judged.relation)},
-                                   {"right_text", judged.right_text},
-                                   {"left", judged.left},
-                                   {"right", judged.right},
-                                   {"unit", judged.unit},
-                                   {"holds", judged.holds()},
-                                   {"margin", judged.margin()},
-                                   {"margin_percent", judged.margin_percent()}});
-  }
-  return json;
+Json judged_json(const comparison::JudgedComparison& judged) {
+  return {{"left_text", judged.left_text},
+          {"relation", relation_symbol(judged.relation)},
+          {"right_text", judged.right_text},
+          {"left", judged.left},
+          {"right", judged.right},
+          {"unit", judged.unit},
+          {"holds", judged.holds()},
+          {"margin", judged.margin()},
+          {"margin_percent", judged.margin_percent()}};
 }
+
+const ReportFields<RequirementVerdict>& verdict_fields() {
+  using Row = RequirementVerdict;
+  static const ReportFields<Row> fields{
+      {[](const Row& verdict) { return verdict.holds ? "ok" : "FAILED"; }, TextColumn{""}},
+      {&Row::requirement, JsonKey{"requirement"}, TextColumn{}},
+      {[](const Row& verdict) { return files::text_or_null(verdict.run); }, JsonKey{"run"}, TextColumn{}},
+      {&Row::holds, JsonKey{"holds"}},
+      {comparison::describe_verdict, JsonKey{"outcome"}, TextColumn{}},
+      {[](const Row& verdict) { return files::list_json(verdict.compared, judged_json); }, JsonKey{"comparisons"}},
+      {&Row::missing, JsonKey{"missing"}}};
+  return fields;
+}
+
+}  // namespace
 
 std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts) {
   Json json = {{"base", compared.runs.front().name}};
-  json["runs"] = Json::array();
-  for (const ComparedRuns::Run& run : compared.runs) json["runs"].push_back(run_json(run));
+  json["runs"] = rows_json(compared.runs, run_fields());
   json["quantities"] = Json::array();
   for (const ComparedQuantity& quantity : compared.quantities)
     json["quantities"].push_back(quantity_json(quantity, compared));
   json["notes"] = compared.notes;
-  json["requirements"] = Json::array();
-  for (const RequirementVerdict& verdict : verdicts) json["requirements"].push_back(verdict_json(verdict));
+  json["requirements"] = rows_json(verdicts, verdict_fields());
   json["all_hold"] = do_all_hold(verdicts);
   return files::format_json(json);
 }
@@ -115,6 +129,11 @@ JunitSuite make_verdict_suite(const std::string& name, const std::vector<Require
 }
 
 namespace {
+
+struct TitledTextTable {
+  std::string title;
+  TextTable table;
+};
 
 const char* const missing = "-";
 
@@ -146,18 +165,6 @@ void add_run_columns(TextTable& table, const ComparedRuns& compared) {
     add_column(table, compared.runs[run].name, Align::right);
     if (run > 0) add_column(table, "ratio", Align::right);
   }
-}
-
-TitledTextTable runs_table(const ComparedRuns& compared) {
-  TextTable table;
-  for (const char* heading : {"run", "file", "mechanism", "trajectory"}) add_column(table, heading, Align::left);
-  for (const char* heading : {"duration [s]", "samples"}) add_column(table, heading, Align::right);
-  for (const ComparedRuns::Run& run : compared.runs) {
-    table.rows.push_back({run.name, escape_for_terminal(run.file), run.title,
-                          fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive),
-                          fmt::format("{:.6g}", run.duration), std::to_string(run.samples)});
-  }
-  return {"runs; ratios and differences are relative to " + compared.runs.front().name, table};
 }
 
 TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, const char* title,
@@ -221,35 +228,22 @@ TitledTextTable energy_table(const ComparedRuns& compared) {
   return {"moved by the actuators", table};
 }
 
-}  // namespace
-
+/// The runs; for each figure every quantity with its ratio to the base; the energy; the differences.
 std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection selection) {
-  return {runs_table(compared),
-          figure_table(compared, Statistic::peak, "peak", selection),
-          figure_table(compared, Statistic::rms, "rms", selection),
-          figure_table(compared, Statistic::mean, "mean", selection),
-          figure_table(compared, Statistic::range, "range", selection),
-          energy_table(compared),
-          difference_table(compared, selection)};
+  std::vector<TitledTextTable> tables{{"runs; ratios and differences are relative to " + compared.runs.front().name,
+                                       rows_table(compared.runs, run_fields())}};
+  for (const auto& [statistic, name] : statistics) tables.push_back(figure_table(compared, statistic, name, selection));
+  tables.push_back(energy_table(compared));
+  tables.push_back(difference_table(compared, selection));
+  return tables;
 }
 
-TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts) {
-  TextTable table;
-  for (const char* heading : {"", "requirement", "run", "outcome"}) add_column(table, heading, Align::left);
-  for (const RequirementVerdict& verdict : verdicts) {
-    table.rows.push_back(
-        {verdict.holds ? "ok" : "FAILED", verdict.requirement, verdict.run, describe_verdict(verdict)});
-  }
-  return table;
-}
-
+/// "3 of 4 requirements met"
 std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts) {
   const auto met_count =
       std::count_if(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& one) { return one.holds; });
   return fmt::format("{} of {} requirement{} met", met_count, verdicts.size(), verdicts.size() == 1 ? "" : "s");
 }
-
-namespace {
 
 std::string format_csv_number(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : ""; }
 
@@ -266,12 +260,9 @@ class CsvRows {
 
   void add(const ComparedQuantity& q, std::size_t run) {
     const auto& metric = q.metrics[run];
-    for (const auto& [figure, name] : {std::pair{Statistic::peak, "peak"},
-                                       {Statistic::rms, "rms"},
-                                       {Statistic::mean, "mean"},
-                                       {Statistic::range, "range"}}) {
-      add(q.quantity, q.unit, name, run, metric ? statistic_of(*metric, figure) : NAN, ratio_to_base(q, run, figure));
-    }
+    for (const auto& [statistic, name] : statistics)
+      add(q.quantity, q.unit, name, run, metric ? statistic_of(*metric, statistic) : NAN,
+          ratio_to_base(q, run, statistic));
     add(q.quantity, "s", "peak_time", run, metric ? metric->peak_time : NAN);
     if (run == 0) return;
     const std::optional<comparison::Difference>& difference = q.differences[run];
@@ -321,7 +312,7 @@ std::string comparison_markdown(const ComparedRuns& compared, const std::vector<
   if (!verdicts.empty()) {
     constexpr std::size_t requirement = 1;
     text += "\n## Requirements\n\n" + format_verdict_count(verdicts) + ".\n\n" +
-            files::format_markdown_table(verdict_table(verdicts), {requirement});
+            files::format_markdown_table(rows_table(verdicts, verdict_fields()), {requirement});
   }
   for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
     std::string title = table.title;

@@ -22,26 +22,11 @@ std::string comparison_json(const comparison::ComparedRuns& compared,
 /// One test case per verdict, named after the requirement; its group is the run.
 JunitSuite make_verdict_suite(const std::string& name, const std::vector<comparison::RequirementVerdict>& verdicts);
 
-// Tables of a comparison, for all text formats.
+// Comparisons for people, as text, Markdown and CSV.
 
 /// Which quantities to show: the main ones (torque and power of each actuator, shaking force and moment,
 /// the worst reactions), or all.
 enum class QuantitySelection { main, all };
-
-struct TitledTextTable {
-  std::string title;
-  files::TextTable table;
-};
-
-/// The runs; for each figure every quantity with its ratio to the base; the energy; the differences.
-std::vector<TitledTextTable> make_comparison_tables(const comparison::ComparedRuns& compared,
-                                                    QuantitySelection selection);
-
-/// One row per verdict.
-files::TextTable verdict_table(const std::vector<comparison::RequirementVerdict>& verdicts);
-
-/// "3 of 4 requirements met"
-std::string format_verdict_count(const std::vector<comparison::RequirementVerdict>& verdicts);
 
 /// Tables, notes and verdicts, six significant digits. A verdict stays on one line.
 /// @param width columns for tables and notes
@@ -64,10 +49,5 @@ std::string format_verdict_line(const comparison::RequirementVerdict& verdict);
 
 /// All verdicts, one per line.
 std::string format_verdicts(const std::vector<comparison::RequirementVerdict>& verdicts);
-
-// A verdict as part of a JSON document.
-
-/// Numbers that are not finite are null.
-Json verdict_json(const comparison::RequirementVerdict& verdict);
 
 }  // namespace balance::reports

@@ -3,7 +3,6 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/interface/files/text_table.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
@@ -16,19 +15,20 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <ranges>
+#include <span>
 #include <string_view>
 
 namespace balance::reports {
 
-std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
+Json conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
   Json json = {{"mechanism", view.title}, {"goal", goals_json(view.conditions.goals)}};
-  json["meaning"] = Json::array();
-  for (const Goal& goal : view.conditions.goals) json["meaning"].push_back(describe_goal(goal));
+  json["meaning"] = files::list_json(view.conditions.goals, study::describe_goal);
   json["strategy"] = view.strategy;
   json["status"] = design::name_of(view.conditions.status);
-  add_conditions(json, view);
+  add_conditions(json, view, condition_fields(view));
   json["warnings"] = warnings;
-  return files::format_json(json);
+  return json;
 }
 
 namespace {
@@ -48,84 +48,87 @@ Json terms_json(const ConditionsReportData& view, int row) {
   return terms;
 }
 
-/// The right-hand side: known terms with their values.
-void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) {
+/// Known terms of the right-hand side with their values.
+Json known_terms_json(const ConditionsReportData& view, int row) {
   const Conditions& c = view.conditions;
   const double max_abs_entry = numerics::max_abs(c.matrix.row(row));
-  double sum = 0;
   Json terms = Json::array();
-  for (Eigen::Index p = c.parameter_columns(); p < c.matrix.cols(); ++p) {
-    const double coefficient = -c.matrix(row, p);
-    if (std::abs(coefficient) <= 1e-12 * max_abs_entry) continue;
-    const double value = c.known_term_values[p - c.parameter_columns()];
-    terms.push_back(
-        {{"term", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}, {"value", value}});
-    sum += coefficient * value;
-  }
-  json["known"] = std::move(terms);
-  json["right_hand_side"] = sum;
+  for (Eigen::Index p = c.parameter_columns(); p < c.matrix.cols(); ++p)
+    if (std::abs(c.matrix(row, p)) > 1e-12 * max_abs_entry)
+      terms.push_back({{"term", c.parameters[static_cast<std::size_t>(p)].name},
+                       {"coefficient", -c.matrix(row, p)},
+                       {"value", c.known_term_values[p - c.parameter_columns()]}});
+  return terms;
 }
 
-Json remainder_json(const ConditionsReportData& view) {
-  Json list = Json::array();
-  for (const design::UnbalancedRemainder& remainder : view.unbalanced_remainder) {
-    const dynamics::ParameterOwner owner = remainder.element.bearer;
-    Json entry = {{"kind", owner == dynamics::ParameterOwner::friction ? "friction"
-                           : owner == dynamics::ParameterOwner::spring ? "spring"
-                                                                       : "load"},
-                  {"name", remainder.element.name},
-                  {"text", remainder.text},
-                  {"terms", Json::array()},
-                  {"efforts", Json::array()},
-                  {"unknown", Json::array()}};
-    for (const auto& failure : remainder.failed_trajectories)
-      entry["unknown"].push_back({{"along", failure.trajectory.empty() ? Json(nullptr) : Json(failure.trajectory)},
-                                  {"reason", failure.reason}});
-    for (const int term : remainder.element.terms)
-      entry["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
-    for (const design::RemainderEffort& effort : remainder.efforts)
-      entry["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
-                                  {"actuator", effort.actuator},
-                                  {"peak", effort.magnitude},
-                                  {"unit", effort.unit}});
-    list.push_back(std::move(entry));
-  }
-  return list;
+double right_hand_side(const ConditionsReportData& view, int row) {
+  double sum = 0;
+  for (const Json& term : known_terms_json(view, row))
+    sum += term["coefficient"].get<double>() * term["value"].get<double>();
+  return sum;
+}
+
+const std::string& parameter_name(const dynamics::Parameter& parameter) { return parameter.name; }
+
+Json symbol_json(const conditions::GeometricSymbol& symbol) {
+  return {{"name", symbol.label}, {"value", symbol.value}, {"unit", symbol.unit}};
+}
+
+Json remainder_failure_json(const design::UnbalancedRemainder::Unknown& failure) {
+  return {{"along", files::text_or_null(failure.trajectory)}, {"reason", failure.reason}};
+}
+
+Json remainder_effort_json(const design::RemainderEffort& effort) {
+  return {{"along", files::text_or_null(effort.trajectory)},
+          {"actuator", effort.actuator},
+          {"peak", effort.magnitude},
+          {"unit", effort.unit}};
+}
+
+Json remainder_json(const design::UnbalancedRemainder& remainder, const std::vector<dynamics::Parameter>& parameters) {
+  const dynamics::ParameterOwner owner = remainder.element.bearer;
+  return {{"kind", owner == dynamics::ParameterOwner::friction ? "friction"
+                   : owner == dynamics::ParameterOwner::spring ? "spring"
+                                                               : "load"},
+          {"name", remainder.element.name},
+          {"text", remainder.text},
+          {"terms", files::list_json(remainder.element.terms,
+                                     [&](int term) { return parameters[static_cast<std::size_t>(term)].name; })},
+          {"efforts", files::list_json(remainder.efforts, remainder_effort_json)},
+          {"unknown", files::list_json(remainder.failed_trajectories, remainder_failure_json)}};
 }
 
 Json free_numbers_json(const ConditionsReportData& view, int row) {
-  Json paths = Json::array();
-  for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
-    paths.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
-  return paths;
+  return files::list_json(view.free_number_indices[static_cast<std::size_t>(row)],
+                          [&](int number) { return view.numbers[static_cast<std::size_t>(number)].key_path; });
 }
 
 }  // namespace
 
 Json goals_json(const std::vector<Goal>& goals) {
   if (goals.size() == 1) return goal_name(goals.front());
-  Json names = Json::array();
-  for (const Goal& goal : goals) names.push_back(goal_name(goal));
-  return names;
+  return files::list_json(goals, study::goal_name);
 }
 
-Json conditions_list_json(const ConditionsReportData& view) {
-  Json list = Json::array();
-  for (int row = 0; row < view.parameter_rows(); ++row) {
-    list.push_back({{"text", condition_text(view.conditions, row, view.names)},
-                    {"terms", terms_json(view, row)},
-                    {"residual", view.residuals[row]},
-                    {"met", view.is_met(row)},
-                    {"by_definition", static_cast<bool>(view.holds_by_definition[static_cast<std::size_t>(row)])},
-                    {"scale", view.conditions.row_scales[row]},
-                    {"free", free_numbers_json(view, row)},
-                    {"latex", condition_latex(view.conditions, row, view.names)}});
-    add_right_hand_side(list.back(), view, row);
-  }
-  return list;
+files::ReportFields<int> condition_fields(const ConditionsReportData& view) {
+  const Conditions& c = view.conditions;
+  return {{[&](int row) { return condition_text(c, row, view.names); }, JsonKey{"text"},
+           Hdf5Dataset{"what must vanish", "condition"}},
+          {[&](int row) { return terms_json(view, row); }, JsonKey{"terms"}},
+          {[&](int row) { return view.residuals[row]; }, JsonKey{"residual"}, SiUnit{"1"},
+           Hdf5Dataset{"scaled residual of the designed mechanism", "residual_after"}},
+          {[&](int row) { return view.is_met(row); }, JsonKey{"met"}},
+          {[&](int row) { return static_cast<bool>(view.holds_by_definition[static_cast<std::size_t>(row)]); },
+           JsonKey{"by_definition"}},
+          {[&](int row) { return c.row_scales[row]; }, JsonKey{"scale"},
+           Hdf5Dataset{"size of the terms, by which residuals are divided", "condition_scale"}},
+          {[&](int row) { return free_numbers_json(view, row); }, JsonKey{"free"}},
+          {[&](int row) { return condition_latex(c, row, view.names); }, JsonKey{"latex"}},
+          {[&](int row) { return known_terms_json(view, row); }, JsonKey{"known"}},
+          {[&](int row) { return right_hand_side(view, row); }, JsonKey{"right_hand_side"}}};
 }
 
-void add_conditions(Json& json, const ConditionsReportData& view) {
+void add_conditions(Json& json, const ConditionsReportData& view, const files::ReportFields<int>& fields) {
   const Conditions& c = view.conditions;
   json["rank"] = view.parameter_rows();
   json["gap"] = c.singular_value_gap;
@@ -133,14 +136,13 @@ void add_conditions(Json& json, const ConditionsReportData& view) {
   json["singular_values"] = {{"smallest_kept", c.min_kept_singular_value},
                              {"largest_dropped", c.max_dropped_singular_value}};
   json["samples"] = c.samples;
-  json["parameters"] = Json::array();
-  for (Eigen::Index p = 0; p < c.parameter_columns(); ++p)
-    json["parameters"].push_back(c.parameters[static_cast<std::size_t>(p)].name);
-  json["symbols"] = Json::array();
-  for (const conditions::GeometricSymbol& s : view.names.symbols)
-    json["symbols"].push_back({{"name", s.label}, {"value", s.value}, {"unit", s.unit}});
-  json["conditions"] = conditions_list_json(view);
-  json["staying"] = remainder_json(view);
+  json["parameters"] =
+      files::list_json(std::span(c.parameters).first(static_cast<std::size_t>(c.parameter_columns())), parameter_name);
+  json["symbols"] = files::list_json(view.names.symbols, symbol_json);
+  json["conditions"] = rows_json(std::views::iota(0, view.parameter_rows()), fields);
+  json["staying"] = files::list_json(view.unbalanced_remainder, [&](const design::UnbalancedRemainder& remainder) {
+    return remainder_json(remainder, c.parameters);
+  });
   Json notes = c.notes;
   for (const std::string& note : view.names.notes) notes.push_back(note);
   json["notes"] = std::move(notes);

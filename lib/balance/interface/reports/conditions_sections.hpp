@@ -1,8 +1,7 @@
 #pragma once
 /// Report data of a mechanism's conditions.
 
-#include "balance/interface/files/json.hpp"
-#include "balance/interface/files/text_options.hpp"
+#include "balance/interface/files/report_fields.hpp"
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/conditions/coefficient_names.hpp"
 #include "balance/synthesis/design/unbalanced_remainder.hpp"
@@ -44,18 +43,19 @@ dynamics::FreeSprings loose_springs_of(const Conditions& conditions, const Mecha
 // Balancing conditions as JSON for programs.
 
 /// One object with everything in the view, including conditions that hold by definition.
-std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings);
+Json conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings);
 
 // Goals and conditions as parts of a JSON document.
 
 /// One name, or a list if there are several.
 Json goals_json(const std::vector<Goal>& goals);
 
-/// Text, LaTeX, terms, residual, … of every condition.
-Json conditions_list_json(const ConditionsReportData& view);
+/// Text, LaTeX, terms, residual, … of a condition.
+files::ReportFields<int> condition_fields(const ConditionsReportData& view);
 
 /// Adds rank, gap and singular values, parameter names, symbols, conditions and notes to an object.
-void add_conditions(Json& json, const ConditionsReportData& view);
+/// @param fields of a condition
+void add_conditions(Json& json, const ConditionsReportData& view, const files::ReportFields<int>& fields);
 
 // Balancing conditions as text for people.
 

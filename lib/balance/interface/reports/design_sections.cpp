@@ -1,9 +1,7 @@
 #include "balance/interface/reports/design_sections.hpp"
 
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/result_group.hpp"
-#include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
@@ -22,7 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
+#include <ranges>
 
 namespace balance::reports {
 
@@ -61,8 +59,8 @@ std::string sentence(const std::vector<std::string>& names, const char* state) {
   return fmt::format("{} {} {}", joined(names), names.size() == 1 ? "is" : "are", state);
 }
 
-}  // namespace
-
+/// "counterweights: cw1 and cw3 are kept, cw2 is left out", and what is known of the minimum number; empty without
+/// choices.
 std::string format_optional_elements(const DesignReport& report) {
   if (!report.outcome.selection) return "";
   std::string text;
@@ -77,6 +75,7 @@ std::string format_optional_elements(const DesignReport& report) {
   return text;
 }
 
+/// Null without choices.
 Json optional_elements_json(const DesignReport& report) {
   if (!report.outcome.selection) return nullptr;
   const design::ElementSelection& selection = *report.outcome.selection;
@@ -93,6 +92,8 @@ Json optional_elements_json(const DesignReport& report) {
           {"least_proved", selection.min_count < 0 ? Json(nullptr) : Json(selection.is_min_count_proved)}};
 }
 
+}  // namespace
+
 std::vector<study::OptionalElementText> list_omitted_elements(const DesignReport& report) {
   std::vector<study::OptionalElementText> elements;
   if (!report.outcome.selection) return elements;
@@ -105,15 +106,117 @@ std::vector<study::OptionalElementText> list_omitted_elements(const DesignReport
 
 namespace {
 
-using Dimension = Hdf5Writer::Dimension;
 using Group = Hdf5Writer::Group;
 
-std::span<const double> values_of(const VectorX& values) {
-  return {values.data(), static_cast<std::size_t>(values.size())};
+/// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
+int active_bound(const FreeNumber& number, double value) {
+  const double tolerance = 1e-9 * (number.upper - number.lower);
+  return value <= number.lower + tolerance ? -1 : value >= number.upper - tolerance ? 1 : 0;
 }
 
-void add_scalar(Hdf5Writer& file, const char* name, const char* long_name, const std::string& units, double value) {
-  file.add_variable(hdf5::root_group, {name, long_name, units, {}, {}}, std::span(&value, 1));
+const char* name_of(FreeNumber::StartSource source) {
+  switch (source) {
+    case FreeNumber::StartSource::spec: return "start";
+    case FreeNumber::StartSource::zero_of_added_element: return "none";
+    case FreeNumber::StartSource::midpoint: return "middle";
+  }
+  return "";
+}
+
+/// A free number with its values.
+struct DesignedNumber : FreeNumber {
+  double before, value;
+  Json edge;  ///< why a length or ratio cannot change further; null if it can
+};
+
+std::vector<DesignedNumber> list_designed_numbers(const DesignReport& report) {
+  std::vector<DesignedNumber> numbers;
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    numbers.push_back({report.free_numbers[i], report.before[k], report.outcome.x[k], nullptr});
+  }
+  for (const design::FeasibilityEdge& edge : report.outcome.edges) {
+    Json& json = numbers[static_cast<std::size_t>(edge.variable)].edge;
+    if (json.is_null()) json = {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
+  }
+  return numbers;
+}
+
+ReportFields<DesignedNumber> designed_number_fields(const files::TextOptions& options = {}) {
+  using Row = DesignedNumber;
+  const auto bound_words = [](const Row& row, const char* lower, const char* upper) {
+    const int bound = active_bound(row, row.value);
+    return bound < 0 ? Json(lower) : bound > 0 ? Json(upper) : Json();
+  };
+  return {{&Row::key_path, JsonKey{"path"}, TextColumn{options.number_units ? "free number" : "free number [SI]"},
+           Hdf5Dataset{"key path in the spec", "free_number"}},
+          {nullptr, TextColumn{"unit"}, files::unit_name},
+          {&Row::lower, JsonKey{"lower"}, TextColumn{"lower", "{:g}"},
+           Hdf5Dataset{"lower bound, SI; free parameters as written"}},
+          {&Row::upper, JsonKey{"upper"}, TextColumn{"upper", "{:g}"}, Hdf5Dataset{"upper bound"}},
+          {&Row::before, JsonKey{"before"}, TextColumn{},
+           Hdf5Dataset{"value before the design: the spec's start values", "start"}},
+          {[](const Row& row) { return name_of(row.start_source); }, JsonKey{"before_from"}},
+          {&Row::value, JsonKey{"value"}, TextColumn{},
+           [](const Row& row, const DisplayUnit& unit) {
+             // round-off of zero is meaningless
+             const bool is_zero = std::abs(row.value) < 1e-12 * (row.upper - row.lower);
+             return files::format_figure(is_zero ? 0 : unit.convert(row.value));
+           },
+           Hdf5Dataset{"value in the designed mechanism"}},
+          {[](const Row& row) { return row.discrete_values.empty() ? Json() : Json(row.discrete_values); },
+           JsonKey{"sizes"}},
+          {[=](const Row& row) { return bound_words(row, "lower", "upper"); }, JsonKey{"at_bound"}},
+          {&Row::edge, JsonKey{"at_edge"}},
+          {[=](const Row& row) {
+             const std::size_t sizes = row.discrete_values.size();
+             return sizes > 0 ? Json(fmt::format("one of {} sizes", sizes)) : bound_words(row, "at lower", "at upper");
+           },
+           TextColumn{""}}};
+}
+
+const ReportFields<DesignReport>& size_fields() {
+  static const ReportFields<DesignReport> fields{
+      {&DesignReport::mass_before, JsonKey{"mass/before"}, SiUnit{"kg"},
+       Hdf5Dataset{"mass of everything that moves, before", "mass_before"}},
+      {&DesignReport::mass_after, JsonKey{"mass/after"}, SiUnit{"kg"},
+       Hdf5Dataset{"mass of everything that moves, designed", "mass_after"}},
+      {&DesignReport::added_mass, JsonKey{"mass/added"}, SiUnit{"kg"},
+       Hdf5Dataset{"mass of counterweights and discs, designed", "added_mass"}},
+      {&DesignReport::inertia_before, JsonKey{"inertia/before"}, SiUnit{"kg m^2"},
+       Hdf5Dataset{"sum of the moments of inertia, before", "inertia_before"}},
+      {&DesignReport::inertia_after, JsonKey{"inertia/after"}, SiUnit{"kg m^2"},
+       Hdf5Dataset{"sum of the moments of inertia, designed", "inertia_after"}},
+      {&DesignReport::added_inertia, JsonKey{"inertia/added"}, SiUnit{"kg m^2"},
+       Hdf5Dataset{"moments of inertia of counterweights and discs, designed", "added_inertia"}}};
+  return fields;
+}
+
+ReportFields<DesignReportData> objective_fields(const DesignReportData& view) {
+  using Row = DesignReportData;
+  const auto of_outcome = [](double DesignOutcome::*figure) {
+    return [figure](const Row& row) { return row.report.outcome.*figure; };
+  };
+  const SiUnit unit{view.objective_unit.empty() ? "mixed" : view.objective_unit};
+  return {
+      {&Row::objective, JsonKey{"name"}},
+      {&Row::objective_unit, JsonKey{"unit"}},
+      {of_outcome(&DesignOutcome::objective), JsonKey{"value"}, unit,
+       Hdf5Dataset{"objective of the design", "objective_value"}},
+      {of_outcome(&DesignOutcome::start_objective), JsonKey{"start"}, unit,
+       Hdf5Dataset{"objective at the start values", "objective_start"}},
+      {of_outcome(&DesignOutcome::lower_bound), JsonKey{"lower_bound"}, unit,
+       Hdf5Dataset{"lower bound of the objective, if known", "objective_bound"}},
+      {[](const Row& row) { return row.report.outcome.gap(); }, JsonKey{"gap"}},
+      {[](const Row& row) { return row.report.outcome.optimality == Optimality::proved_global; }, JsonKey{"global"}}};
+}
+
+/// Those of the conditions, and the residuals before.
+ReportFields<int> condition_and_residual_fields(const DesignReportData& view) {
+  ReportFields<int> fields = condition_fields(view.conditions);
+  fields.push_back({[&](int row) { return view.residuals_before[row]; }, JsonKey{"residual_before"},
+                    Hdf5Dataset{"scaled residual of the mechanism before"}, SiUnit{"1"}});
+  return fields;
 }
 
 void describe_design(Hdf5Writer& file, const DesignReportData& view) {
@@ -131,37 +234,16 @@ void describe_design(Hdf5Writer& file, const DesignReportData& view) {
   file.set_attribute(hdf5::root_group, "objective", view.objective);
 }
 
-void add_numbers(Hdf5Writer& file, const DesignReport& report) {
-  std::vector<std::string> paths;
-  VectorX lower(report.before.size()), upper(report.before.size());
-  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
-    paths.push_back(report.free_numbers[i].key_path);
-    lower[static_cast<Eigen::Index>(i)] = report.free_numbers[i].lower;
-    upper[static_cast<Eigen::Index>(i)] = report.free_numbers[i].upper;
-  }
-  const Dimension number =
-      file.add_dimension(hdf5::root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
-  const auto add = [&](const char* name, const char* long_name, const VectorX& values) {
-    file.add_variable(hdf5::root_group, {name, long_name, "mixed", {number}, {}}, values_of(values));
-  };
-  add("lower", "lower bound, SI; free parameters as written", lower);
-  add("upper", "upper bound", upper);
-  add("start", "value before the design: the spec's start values", report.before);
-  add("value", "value in the designed mechanism", report.outcome.x);
-}
-
 void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
   const Conditions& c = view.conditions.conditions;
   if (c.matrix.rows() == 0) return;
-  std::vector<std::string> texts, names;
-  for (int row = 0; row < static_cast<int>(c.matrix.rows()); ++row)
-    texts.push_back(condition_text(c, row, view.conditions.names));
+  std::vector<std::string> names;
   for (const dynamics::Parameter& p : c.parameters) names.push_back(p.name);
-  const Dimension condition =
-      file.add_dimension(hdf5::root_group, {"condition", "what must vanish", "1", {}, {}}, texts);
-  const Dimension parameter =
+  const Hdf5Writer::Dimension condition =
+      write_rows(file, hdf5::root_group, std::views::iota(0, static_cast<int>(c.matrix.rows())),
+                 condition_and_residual_fields(view));
+  const Hdf5Writer::Dimension parameter =
       file.add_dimension(hdf5::root_group, {"parameter", "inertial parameter", "1", {}, {}}, names);
-  const Samples matrix = c.matrix;
   file.add_variable(hdf5::root_group,
                     {"condition_matrix",
                      "coefficients of the conditions at the designed geometry",
@@ -170,29 +252,7 @@ void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
                      {{"smallest_kept", {c.min_kept_singular_value}},
                       {"largest_dropped", {c.max_dropped_singular_value}},
                       {"gap", {c.singular_value_gap}}}},
-                    std::span(matrix.data(), static_cast<std::size_t>(matrix.size())));
-  const auto add = [&](const char* name, const char* long_name, const char* units, const VectorX& values) {
-    file.add_variable(hdf5::root_group, {name, long_name, units, {condition}, {}}, values_of(values));
-  };
-  add("condition_scale", "size of the terms, by which residuals are divided", "mixed", c.row_scales);
-  add("residual_before", "scaled residual of the mechanism before", "1", view.residuals_before);
-  add("residual_after", "scaled residual of the designed mechanism", "1", view.conditions.residuals);
-}
-
-void add_sizes(Hdf5Writer& file, const DesignReportData& view) {
-  const DesignReport& report = view.report;
-  add_scalar(file, "mass_before", "mass of everything that moves, before", "kg", report.mass_before);
-  add_scalar(file, "mass_after", "mass of everything that moves, designed", "kg", report.mass_after);
-  add_scalar(file, "inertia_before", "sum of the moments of inertia, before", "kg m^2", report.inertia_before);
-  add_scalar(file, "inertia_after", "sum of the moments of inertia, designed", "kg m^2", report.inertia_after);
-  add_scalar(file, "added_mass", "mass of counterweights and discs, designed", "kg", report.added_mass);
-  add_scalar(file, "added_inertia", "moments of inertia of counterweights and discs, designed", "kg m^2",
-             report.added_inertia);
-  if (view.objective.empty()) return;
-  const std::string unit = view.objective_unit.empty() ? "mixed" : view.objective_unit;
-  add_scalar(file, "objective_start", "objective at the start values", unit, report.outcome.start_objective);
-  add_scalar(file, "objective_value", "objective of the design", unit, report.outcome.objective);
-  add_scalar(file, "objective_bound", "lower bound of the objective, if known", unit, report.outcome.lower_bound);
+                    hdf5::entries_of(Samples(c.matrix)));
 }
 
 files::Provenance description_of(const Study& study, const std::string& name) {
@@ -231,59 +291,18 @@ void add_runs(Hdf5Writer& file, const DesignReport& report, const files::WriteOp
 
 void write_design(const std::string& path, const DesignReportData& view, const files::Provenance& description,
                   const files::WriteOptions& options) {
-  files::AtomicFile pending(path, options.existing, options.temporary_tag);
-  const bool compress = options.compression == files::Compression::gzip;
-  Hdf5Writer file(pending.descriptor(), path,
-                  compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
-  write_source_attributes(file, description);
-  describe_design(file, view);
-  add_numbers(file, view.report);
-  add_conditions(file, view);
-  add_sizes(file, view);
-  if (view.report.length_bound) add_length_bound(file, *view.report.length_bound);
-  add_runs(file, view.report, options);
-  file.close();
-  throw_if_cancelled(options);
-  pending.commit();
+  write_hdf5_file(path, description, options, [&](Hdf5Writer& file) {
+    describe_design(file, view);
+    write_rows(file, hdf5::root_group, list_designed_numbers(view.report), designed_number_fields());
+    add_conditions(file, view);
+    write_fields(file, hdf5::root_group, view.report, size_fields());
+    if (!view.objective.empty()) write_fields(file, hdf5::root_group, view, objective_fields(view));
+    if (view.report.length_bound) add_length_bound(file, *view.report.length_bound);
+    add_runs(file, view.report, options);
+  });
 }
 
 namespace {
-
-const char* name_of(FreeNumber::StartSource source) {
-  switch (source) {
-    case FreeNumber::StartSource::spec: return "start";
-    case FreeNumber::StartSource::zero_of_added_element: return "none";
-    case FreeNumber::StartSource::midpoint: return "middle";
-  }
-  return "";
-}
-
-/// Why a length or ratio cannot change further; null if it can.
-Json edge_json(const DesignReport& report, int number) {
-  for (const design::FeasibilityEdge& edge : report.outcome.edges)
-    if (edge.variable == number) return {{"side", edge.is_upper ? "upper" : "lower"}, {"reason", edge.reason}};
-  return nullptr;
-}
-
-Json numbers_list(const DesignReport& report) {
-  Json list = Json::array();
-  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
-    const FreeNumber& number = report.free_numbers[i];
-    const auto k = static_cast<Eigen::Index>(i);
-    const double value = report.outcome.x[k];
-    const int bound = active_bound(number, value);
-    list.push_back({{"path", number.key_path},
-                    {"lower", number.lower},
-                    {"upper", number.upper},
-                    {"before", report.before[k]},
-                    {"before_from", name_of(number.start_source)},
-                    {"value", value},
-                    {"sizes", number.discrete_values.empty() ? Json(nullptr) : Json(number.discrete_values)},
-                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))},
-                    {"at_edge", edge_json(report, static_cast<int>(i))}});
-  }
-  return list;
-}
 
 Json proof_json(const DesignReportData& view) {
   const auto& proof = view.report.outcome.certificate;
@@ -299,26 +318,23 @@ Json proof_json(const DesignReportData& view) {
 }
 
 Json run_json(const RunResult& result) {
-  Json json = {
-      {"outcome", files::outcome_json(result.outcome)}, {"notes", result.outcome.notes}, {"metrics", Json::array()}};
-  for (const Metric& metric : result.metrics) json["metrics"].push_back(files::metric_json(metric));
+  Json json = {{"outcome", files::outcome_json(result.outcome)},
+               {"notes", result.outcome.notes},
+               {"metrics", files::metrics_json(result.metrics)}};
   if (result.outcome.status == MotionStatus::done) json["energy"] = result.energy;
   return json;
 }
 
-Json comparison_json(const TrajectoryComparison& comparison) {
-  Json changes = Json::array();
-  for (const MetricChange& change : list_metric_changes(comparison)) {
-    const bool is_known = change.before != 0 && !std::isnan(change.before) && !std::isnan(change.after);
-    changes.push_back({{"quantity", change.quantity},
-                       {"unit", change.unit},
-                       {"figure", change.figure},
-                       {"before", change.before},
-                       {"after", change.after},
-                       {"ratio", is_known ? Json(change.after / change.before) : Json(nullptr)}});
-  }
+Json change_json(const MetricChange& change) {
+  const bool is_known = change.before != 0 && !std::isnan(change.before) && !std::isnan(change.after);
+  return {{"quantity", change.quantity}, {"unit", change.unit},
+          {"figure", change.figure},     {"before", change.before},
+          {"after", change.after},       {"ratio", is_known ? Json(change.after / change.before) : Json(nullptr)}};
+}
+
+Json trajectory_comparison_json(const TrajectoryComparison& comparison) {
   return {{"trajectory", comparison.trajectory},
-          {"changes", std::move(changes)},
+          {"changes", files::list_json(list_metric_changes(comparison), change_json)},
           {"before", run_json(comparison.before)},
           {"after", run_json(comparison.after)}};
 }
@@ -369,16 +385,10 @@ Json limits_json(const DesignReportData& view) {
   return list;
 }
 
-Json robust_json(const DesignReportData& view) {
-  Json list = Json::array();
-  for (const tolerance::RobustTerm& one : view.report.robust)
-    list.push_back({{"name", objective_text({one.term})},
-                    {"deviations", *one.term.deviation_multiple},
-                    {"value", one.figure.value},
-                    {"mean", one.figure.mean},
-                    {"deviation", one.figure.deviation},
-                    {"nominal", one.figure.nominal}});
-  return list;
+Json robust_json(const tolerance::RobustTerm& one) {
+  return {{"name", objective_text({one.term})}, {"deviations", *one.term.deviation_multiple},
+          {"value", one.figure.value},          {"mean", one.figure.mean},
+          {"deviation", one.figure.deviation},  {"nominal", one.figure.nominal}};
 }
 
 void add_outcome(Json& json, const DesignReportData& view) {
@@ -401,14 +411,8 @@ void add_outcome(Json& json, const DesignReportData& view) {
   };
   json["unmet_fixed"] = parameter_rows(outcome.unmet_fixed_conditions);
   json["open"] = parameter_rows(outcome.unmet_conditions);
-  json["objective"] = {{"name", view.objective},
-                       {"unit", view.objective_unit},
-                       {"value", outcome.objective},
-                       {"start", outcome.start_objective},
-                       {"lower_bound", outcome.lower_bound},
-                       {"gap", outcome.gap()},
-                       {"global", outcome.optimality == Optimality::proved_global}};
-  if (!view.report.robust.empty()) json["objective"]["robust"] = robust_json(view);
+  json["objective"] = fields_json(view, objective_fields(view));
+  if (!view.report.robust.empty()) json["objective"]["robust"] = files::list_json(view.report.robust, robust_json);
   json["freedom"] = freedom_json(view.report);
   json["chosen"] = optional_elements_json(view.report);
   json["constraints"] = limits_json(view);
@@ -423,39 +427,30 @@ void add_notes(Json& json, const DesignReportData& view) {
 
 }  // namespace
 
-std::string design_json(const DesignReportData& view, const std::vector<std::string>& files) {
+Json design_json(const DesignReportData& view, const std::vector<std::string>& files) {
   const DesignReport& report = view.report;
   Json json = {{"mechanism", view.conditions.title}, {"goal", goals_json(view.conditions.conditions.goals)}};
   json["strategy"] = view.conditions.strategy;
   add_outcome(json, view);
-  json["free_numbers"] = numbers_list(report);
-  json["all_different"] = Json::array();
-  for (const study::DifferentNumbers& different : report.study_before.design.all_different)
-    json["all_different"].push_back(paths_of(report, different));
-  add_conditions(json, view.conditions);
-  // the listed conditions are those of the designed mechanism; add the residuals before
-  for (int row = 0; row < view.residuals_before.size(); ++row)
-    json["conditions"][static_cast<std::size_t>(row)]["residual_before"] = view.residuals_before[row];
-  json["mass"] = {{"before", report.mass_before}, {"after", report.mass_after}, {"added", report.added_mass}};
-  json["inertia"] = {
-      {"before", report.inertia_before}, {"after", report.inertia_after}, {"added", report.added_inertia}};
-  json["trajectories"] = Json::array();
-  for (const TrajectoryComparison& comparison : report.comparisons)
-    json["trajectories"].push_back(comparison_json(comparison));
+  json["free_numbers"] = rows_json(list_designed_numbers(report), designed_number_fields());
+  json["all_different"] =
+      files::list_json(report.study_before.design.all_different,
+                       [&](const study::DifferentNumbers& different) { return paths_of(report, different); });
+  // the conditions are those of the designed mechanism
+  add_conditions(json, view.conditions, condition_and_residual_fields(view));
+  // of conditions without a parameter, which are in `staying`, only the residual before is here
+  for (Eigen::Index row = view.conditions.parameter_rows(); row < view.residuals_before.size(); ++row)
+    json["conditions"].push_back({{"residual_before", view.residuals_before[row]}});
+  add_fields(json, report, size_fields());
+  json["trajectories"] = files::list_json(report.comparisons, trajectory_comparison_json);
   add_load_cases(json, report);
   add_notes(json, view);
   json["warnings"] = view.warnings;
   json["files"] = files;
-  return files::format_json(json);
+  return json;
 }
 
 namespace {
-
-/// Six digits; "0" for an exact zero.
-std::string number_text(double value) {
-  if (std::isnan(value)) return "-";
-  return value == 0 ? "0" : files::format_number(value);
-}
 
 std::string ratio_text(double before, double after) {
   if (!(before != 0) || std::isnan(before) || std::isnan(after)) return "-";
@@ -508,9 +503,10 @@ std::string objective_line(const DesignReportData& view, const specification::Sp
   if (view.objective.empty() || std::isnan(outcome.objective)) return "";
   const DisplayUnit unit = files::find_display_unit(view.objective_unit, units);
   std::string text =
-      fmt::format("{}: {}{}", view.objective, number_text(unit.convert(outcome.objective)), append_unit(unit));
+      fmt::format("{}: {}{}", view.objective, files::format_figure(unit.convert(outcome.objective)), append_unit(unit));
   if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_global)
-    text += fmt::format("; at least {}{} is needed", number_text(unit.convert(outcome.lower_bound)), append_unit(unit));
+    text += fmt::format("; at least {}{} is needed", files::format_figure(unit.convert(outcome.lower_bound)),
+                        append_unit(unit));
   if (view.objective_unit.empty() && files::has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
   for (const tolerance::RobustTerm& one : view.report.robust) {
@@ -518,8 +514,9 @@ std::string objective_line(const DesignReportData& view, const specification::Sp
         files::find_display_unit(simulation::unit_of_term(view.report.study_before.mechanism, one.term), units);
     text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
                         design::objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
-                        number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
-                        number_text(own.convert(one.figure.deviation)), append_unit(own));
+                        files::format_figure(own.convert(one.figure.mean)),
+                        files::format_figure(own.convert(one.figure.nominal)),
+                        files::format_figure(own.convert(one.figure.deviation)), append_unit(own));
   }
   return text;
 }
@@ -533,7 +530,7 @@ std::string limits_text(const DesignReportData& view, const specification::SpecU
     const char* state = !(outcomes[k].violation <= design::limit_tolerance) ? "missed"
                         : outcomes[k].is_active                             ? "active"
                                                                             : "kept";
-    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(unit.convert(outcomes[k].value)),
+    text += fmt::format("limit {}: {}{}, {}", limits[k].text, files::format_figure(unit.convert(outcomes[k].value)),
                         append_unit(unit), state);
     if (!(outcomes[k].violation <= design::limit_tolerance) && limits[k].bound != 0)
       text += fmt::format(" by {:.3g} %", 100 * outcomes[k].violation);
@@ -609,7 +606,7 @@ std::string optimality_line(const DesignReportData& view, const specification::S
         return fmt::format("optimality: proved-best: no other choice has a smaller residual of the conditions{}\n",
                            exhaustion);
       return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0{}\n",
-                         number_text(unit.convert(outcome.lower_bound)), exhaustion);
+                         files::format_figure(unit.convert(outcome.lower_bound)), exhaustion);
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, {}\n", search_summary,
                          proof_state(outcome, optimum)) +
@@ -689,11 +686,6 @@ std::string reasons(const DesignReportData& view, const specification::SpecUnits
          freedom_line(view);
 }
 
-std::string bound_remark(const FreeNumber& number, int bound) {
-  if (!number.discrete_values.empty()) return fmt::format("one of {} sizes", number.discrete_values.size());
-  return bound < 0 ? "at lower" : (bound > 0 ? "at upper" : "");
-}
-
 /// Which numbers were asked to have different sizes.
 std::string different_numbers_text(const DesignReport& report) {
   std::string text;
@@ -717,23 +709,10 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
 
 std::string numbers_text(const DesignReportData& view, const files::TextOptions& options) {
   const DesignReport& report = view.report;
-  files::TextTable table{
-      {options.number_units ? "free number" : "free number [SI]", "unit", "lower", "upper", "before", "value", ""},
-      {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-      {},
-      2};
-  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
-    const FreeNumber& number = report.free_numbers[i];
-    const auto k = static_cast<Eigen::Index>(i);
-    const double value = report.outcome.x[k];
-    const int bound = active_bound(number, value);
-    // round-off of zero is meaningless
-    const bool is_zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
-    const DisplayUnit unit = find_number_unit(number.key_path, options);
-    table.rows.push_back({number.key_path, unit.name, fmt::format("{:g}", unit.convert(number.lower)),
-                          fmt::format("{:g}", unit.convert(number.upper)), number_text(unit.convert(report.before[k])),
-                          number_text(is_zero ? 0 : unit.convert(value)), bound_remark(number, bound)});
-  }
+  files::TextTable table = files::rows_table<DesignedNumber>(
+      list_designed_numbers(report), designed_number_fields(options), options.units,
+      [&](const DesignedNumber& one) { return find_number_unit(one.key_path, options); });
+  table.key_columns = 2;
   remove_empty_units(table);
   return format_table(table, options.width) + different_numbers_text(report) + format_start_note(report.free_numbers) +
          "\n";
@@ -832,8 +811,8 @@ std::string comparison_text(const TrajectoryComparison& comparison, const files:
     const DisplayUnit unit = files::find_display_unit(changes[i].unit, options.units);
     std::vector<std::string> row = {is_worst ? "worst torque" : changes[i].quantity, unit.name};
     for (const MetricChange& change : {changes[i], changes[i + 1]}) {
-      row.push_back(number_text(unit.convert(change.before)));
-      row.push_back(number_text(unit.convert(change.after)));
+      row.push_back(files::format_figure(unit.convert(change.before)));
+      row.push_back(files::format_figure(unit.convert(change.after)));
       row.push_back(ratio_text(change.before, change.after));
     }
     table.rows.push_back(std::move(row));
@@ -948,11 +927,6 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
     text += term_text(term);
   }
   return text;
-}
-
-int active_bound(const FreeNumber& number, double value) {
-  const double tolerance = 1e-9 * (number.upper - number.lower);
-  return value <= number.lower + tolerance ? -1 : value >= number.upper - tolerance ? 1 : 0;
 }
 
 std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison) {

@@ -28,9 +28,6 @@ struct DesignReportData {
 /// Text of the objective.
 std::string objective_text(const std::vector<ObjectiveTerm>& terms);
 
-/// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
-int active_bound(const FreeNumber& number, double value);
-
 /// One figure of one quantity, before and after.
 struct MetricChange {
   std::string quantity, unit, figure;  ///< "torque[A1]", "N m", "peak"
@@ -39,15 +36,6 @@ struct MetricChange {
 
 /// Peak and rms of torques, shaking force and shaking moment.
 std::vector<MetricChange> list_metric_changes(const design::TrajectoryComparison& comparison);
-
-// Elements that a design keeps.
-
-/// "counterweights: cw1 and cw3 are kept, cw2 is left out", and what is known of the minimum
-/// number; empty without choices.
-std::string format_optional_elements(const DesignReport& report);
-
-/// Null without choices.
-Json optional_elements_json(const DesignReport& report);
 
 /// Elements that a design leaves out, with their place in the spec, for format_balanced_spec().
 std::vector<study::OptionalElementText> list_omitted_elements(const DesignReport& report);
@@ -64,7 +52,7 @@ void write_design(const std::string& path, const DesignReportData& view, const f
 // A design as JSON for programs.
 
 /// One object with everything in the view, and the files written.
-std::string design_json(const DesignReportData& view, const std::vector<std::string>& files);
+Json design_json(const DesignReportData& view, const std::vector<std::string>& files);
 
 // A design as text for people.
 

@@ -1,10 +1,7 @@
 #include "balance/interface/reports/equations_sections.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
-#include "balance/foundation/hdf5/hdf5_writer.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/interface/files/atomic_file.hpp"
-#include "balance/interface/files/json.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
@@ -14,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace balance::reports {
 
@@ -25,28 +21,47 @@ namespace {
 
 constexpr double zero_entry_tolerance = 1e-13;  ///< of the largest entry of its kind; shown as 0
 
-}  // namespace
+/// Unit of the generalised inertia of two coordinates.
+std::string inertia_unit(bool first_length, bool second_length) {
+  return first_length && second_length ? "kg" : first_length || second_length ? "kg m" : "kg m^2";
+}
 
+/// Unit of a generalised force.
+std::string force_unit(bool length) { return length ? "N" : "N m"; }
+
+/// One base parameter: "link1.J + l1^2 link2.m".
+std::string base_parameter_text(const Conditions& parameters, int row, const conditions::ConditionNames& names) {
+  std::string text = condition_text(parameters, row, names);
+  return text.substr(0, text.rfind(" = "));
+}
+
+/// Six significant digits; 0 for round-off.
 std::string format_entry(double value, double max_entry) {
   return std::abs(value) <= zero_entry_tolerance * max_entry ? "0" : fmt::format("{:.6g}", value);
 }
 
-std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
-                        const std::vector<std::string>& columns, std::size_t width) {
+/// @param max_entries per column, of which smaller ones are round-off
+std::string table_of_entries(const MatrixX& matrix, const std::vector<std::string>& rows,
+                             const std::vector<std::string>& columns, const std::vector<double>& max_entries,
+                             std::size_t width) {
   files::TextTable table{{""}, {Align::left}, {}};
-  for (const std::string& column : columns) {
-    table.heading.push_back(column);
-    table.align.push_back(Align::right);
-  }
-  const double max_entry = numerics::max_abs(matrix);
+  table.heading.insert(table.heading.end(), columns.begin(), columns.end());
+  table.align.resize(table.heading.size(), Align::right);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), max_entry));
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+      cells.push_back(format_entry(matrix(r, c), max_entries[static_cast<std::size_t>(c)]));
     table.rows.push_back(std::move(cells));
   }
   return format_table(table, width);
 }
 
+std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
+                        const std::vector<std::string>& columns, std::size_t width = files::default_text_width) {
+  return table_of_entries(matrix, rows, columns, std::vector<double>(columns.size(), numerics::max_abs(matrix)), width);
+}
+
+/// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the nonzero terms. @param factors of the quadratic forms, "A1'"
 std::string velocity_table(const dynamics::IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors) {
   double max_entry = 1e-3 * numerics::max_abs(terms.mass);
@@ -69,18 +84,12 @@ std::string velocity_table(const dynamics::IndependentTerms& terms, const std::v
   return text;
 }
 
-namespace {
-
 using Dimension = hdf5::Hdf5Writer::Dimension;
-
-std::span<const double> numbers_of(const Samples& samples) {
-  return {samples.data(), static_cast<std::size_t>(samples.size())};
-}
 
 void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& run,
                    const std::vector<std::string>& actuators) {
-  const std::span<const double> times(run.time.data(), static_cast<std::size_t>(run.time.size()));
-  const Dimension time = file.add_dimension(hdf5::root_group, {"time", "time", "s", {}, {}}, times);
+  const Dimension time =
+      file.add_dimension(hdf5::root_group, {"time", "time", "s", {}, {}}, hdf5::entries_of(run.time));
   const Dimension independent =
       file.add_dimension(hdf5::root_group, {"coordinate", "independent coordinate", "1", {}, {}}, run.independent);
   const Dimension rate =
@@ -92,7 +101,7 @@ void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& ru
   const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
                        const Samples& samples) {
     if (samples.size() > 0)
-      file.add_variable(hdf5::root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
+      file.add_variable(hdf5::root_group, {name, long_name, "mixed", dimensions, {}}, hdf5::entries_of(samples));
   };
   add("position", "independent coordinates [rad or m]", {time, independent}, run.position);
   add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, independent, rate}, run.mass);
@@ -119,32 +128,16 @@ void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& ru
 void write_equations(const std::string& path, const formulas::EquationsAlongRun& run,
                      const std::vector<std::string>& actuators, const files::Provenance& description,
                      const files::WriteOptions& options) {
-  files::AtomicFile pending(path, options.existing, options.temporary_tag);
-  {
-    const bool compress = options.compression == files::Compression::gzip;
-    hdf5::Hdf5Writer file(pending.descriptor(), path,
-                          compress ? hdf5::Hdf5Writer::Storage::compressed : hdf5::Hdf5Writer::Storage::contiguous);
-    write_source_attributes(file, description);
-    add_variables(file, run, actuators);
-    file.close();
-  }  // other threads may use HDF5 while this one waits for the disk
-  throw_if_cancelled(options);
-  pending.commit(options.durability);
+  write_hdf5_file(path, description, options, [&](hdf5::Hdf5Writer& file) { add_variables(file, run, actuators); });
 }
 
 namespace {
 
 Json matrix_json(const MatrixX& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) rows.push_back(files::numbers_json(matrix.row(r).transpose()));
-  return rows;
+  return files::list_json(matrix.rowwise(), [](const auto& row) { return files::numbers_json(row.transpose()); });
 }
 
-Json forms_json(const std::vector<MatrixX>& forms) {
-  Json list = Json::array();
-  for (const MatrixX& form : forms) list.push_back(matrix_json(form));
-  return list;
-}
+Json forms_json(const std::vector<MatrixX>& forms) { return files::list_json(forms, matrix_json); }
 
 Json rest_json(const dynamics::StaticTerms& static_terms) {
   return {{"sum", files::numbers_json(static_terms.sum())},
@@ -153,19 +146,12 @@ Json rest_json(const dynamics::StaticTerms& static_terms) {
           {"loads", files::numbers_json(static_terms.loads)}};
 }
 
-Json named_json(const std::vector<std::string>& names, const VectorX& values) {
-  Json json = Json::object();
-  for (std::size_t k = 0; k < names.size(); ++k) json[names[k]] = values[static_cast<Eigen::Index>(k)];
-  return json;
-}
-
 Json split_json(const EquationsAtConfiguration& at) {
   Json json = Json::object();
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
-    Json parts = Json::object();
-    for (std::size_t p = 0; p < dynamics::effort_part_names.size(); ++p)
-      parts[dynamics::effort_part_names[p]] = at.split->parts(row, static_cast<Eigen::Index>(p));
+    Json parts = files::named_numbers_json({dynamics::effort_part_names.begin(), dynamics::effort_part_names.end()},
+                                           at.split->parts.row(row).transpose());
     parts["sum"] = at.split->effort[row];
     parts["unit"] = force_unit(at.is_force[a]);
     json[at.actuators[a]] = parts;
@@ -252,7 +238,7 @@ std::string equations_json(const EquationsReportData& view, const std::vector<st
   using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
   Json json = {{"mechanism", view.title},
-               {"configuration", named_json(view.coordinates, at.configuration)},
+               {"configuration", files::named_numbers_json(view.coordinates, at.configuration)},
                {"independent", at.independent},
                {"actuators", at.actuators},
                {"q", files::numbers_json(at.q)},
@@ -386,8 +372,7 @@ std::string sections_text(const EquationsReportData& view, const dynamics::Indep
   return text;
 }
 
-}  // namespace
-
+/// The sections in the speeds.
 std::string speeds_text(const EquationsReportData& view, const files::TextOptions& options) {
   const EquationsAtConfiguration& at = view.at;
   const dynamics::SpeedTerms& speed_terms = *at.in_speeds;
@@ -404,8 +389,6 @@ std::string speeds_text(const EquationsReportData& view, const files::TextOption
             sections_text(view, speed_terms.constraint_equations, at.zero, options.width);
   return text + "\n";
 }
-
-namespace {
 
 /// @param si_units one per value
 /// @param with_units whether to name the units
@@ -550,24 +533,15 @@ std::string natural_text(const verification::natural::NaturalTerms& n, const fil
 }
 
 std::string regressor_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
-  std::vector<std::string> names;
+  std::vector<std::string> names, columns{"pi"};
   for (const dynamics::Parameter& p : at.regressor->parameters) names.push_back(p.name);
-  return "regressor Y, effort = Y pi + other, and the parameters pi" + si_note(options.units) + "\n" + [&] {
-    MatrixX entries(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
-    entries << at.regressor->values, at.regressor->effort.transpose();
-    std::vector<std::string> columns{"pi"};
-    columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
-    std::string text;
-    files::TextTable table{{""}, {Align::left}, {}};
-    for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
-    for (Eigen::Index r = 0; r < entries.rows(); ++r) {
-      std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
-      for (Eigen::Index c = 0; c < entries.cols(); ++c)
-        cells.push_back(format_entry(entries(r, c), c == 0 ? 0 : numerics::max_abs(entries.col(c))));
-      table.rows.push_back(std::move(cells));
-    }
-    return format_table(table, options.width);
-  }() + "\n";
+  columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
+  MatrixX entries(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
+  entries << at.regressor->values, at.regressor->effort.transpose();
+  std::vector<double> max_entries{0};
+  for (Eigen::Index c = 1; c < entries.cols(); ++c) max_entries.push_back(numerics::max_abs(entries.col(c)));
+  return "regressor Y, effort = Y pi + other, and the parameters pi" + si_note(options.units) + "\n" +
+         table_of_entries(entries, names, columns, max_entries, options.width) + "\n";
 }
 
 std::string parameters_text(const EquationsAtConfiguration& at, const specification::SpecUnits& units) {
@@ -585,21 +559,6 @@ std::string parameters_text(const EquationsAtConfiguration& at, const specificat
     text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, shown.names));
   return text + "\n";
 }
-
-}  // namespace
-
-std::string inertia_unit(bool first_length, bool second_length) {
-  return first_length && second_length ? "kg" : first_length || second_length ? "kg m" : "kg m^2";
-}
-
-std::string force_unit(bool length) { return length ? "N" : "N m"; }
-
-std::string base_parameter_text(const Conditions& parameters, int row, const conditions::ConditionNames& names) {
-  std::string text = condition_text(parameters, row, names);
-  return text.substr(0, text.rfind(" = "));
-}
-
-namespace {
 
 /// "SI units", or which others.
 std::string units_text(const specification::SpecUnits& units) {

@@ -14,6 +14,10 @@ namespace {
 
 using formulas::PrintedSection;
 
+Json formula_json(const formulas::PrintedFormula& formula) {
+  return {{"name", formula.label}, {"formula", formula.text}};
+}
+
 std::string line_of(const formulas::PrintedFormula& formula) {
   return formula.label.empty() ? formula.text + " = 0" : formula.label + " = " + formula.text;
 }
@@ -117,14 +121,11 @@ std::string formulas_json(const FormulasReportData& view) {
   Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
   json["sections"] = Json::array();
   for (const PrintedSection& section : view.sections) {
-    Json formulas = Json::array();
-    for (const auto& formula : section.formulas)
-      formulas.push_back({{"name", formula.label}, {"formula", formula.text}});
     json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},
                                 {"meaning", section.heading},
                                 {"terms", section.terms},
                                 {"too_long", section.is_left_out},
-                                {"formulas", formulas},
+                                {"formulas", files::list_json(section.formulas, formula_json)},
                                 {"zero", section.zero}});
     if (section.section != formulas::SheetSectionKind::solutions) continue;
     Json& added = json["sections"].back();

@@ -2,11 +2,11 @@
 
 #include "balance/interface/reports/front_sections.hpp"
 
-#include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/design/status_names.hpp"
@@ -15,7 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <ranges>
 
 namespace balance::reports {
 
@@ -28,7 +28,6 @@ using design::ParetoPoint;
 namespace {
 
 using Dimension = hdf5::Hdf5Writer::Dimension;
-using Group = hdf5::Hdf5Writer::Group;
 
 /// One row per point.
 Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(const ParetoPoint&)) {
@@ -36,10 +35,6 @@ Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(c
   for (std::size_t k = 0; k < front.points.size(); ++k)
     rows.row(static_cast<Eigen::Index>(k)) = row(front.points[k]).transpose();
   return rows;
-}
-
-std::span<const double> values_of(const Samples& values) {
-  return {values.data(), static_cast<std::size_t>(values.size())};
 }
 
 std::vector<std::string> point_names(const ParetoFront& front) {
@@ -63,7 +58,7 @@ void add_points(hdf5::Hdf5Writer& file, const FrontReportData& view) {
              numbers = static_cast<Eigen::Index>(paths.size());
   const auto add = [&](const char* name, const char* long_name, std::vector<Dimension> dimensions,
                        const Samples& rows) {
-    file.add_variable(hdf5::root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
+    file.add_variable(hdf5::root_group, {name, long_name, "mixed", std::move(dimensions), {}}, hdf5::entries_of(rows));
   };
   add("value", "figures of the points, SI", {point, figure},
       rows_of(front, figures, [](const ParetoPoint& p) { return p.values; }));
@@ -94,18 +89,12 @@ void add_points(hdf5::Hdf5Writer& file, const FrontReportData& view) {
 
 void write_front(const std::string& path, const FrontReportData& view, const files::Provenance& description,
                  const files::WriteOptions& options) {
-  files::AtomicFile pending(path, options.existing, options.temporary_tag);
-  const bool compress = options.compression == files::Compression::gzip;
-  hdf5::Hdf5Writer file(pending.descriptor(), path,
-                        compress ? hdf5::Hdf5Writer::Storage::compressed : hdf5::Hdf5Writer::Storage::contiguous);
-  write_source_attributes(file, description);
-  file.set_attribute(hdf5::root_group, "goal", join_goal_names(view.goals));
-  file.set_attribute(hdf5::root_group, "optimality", name_of(front_optimality(view.front)));
-  file.set_attribute(hdf5::root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
-  add_points(file, view);
-  file.close();
-  throw_if_cancelled(options);
-  pending.commit();
+  write_hdf5_file(path, description, options, [&](hdf5::Hdf5Writer& file) {
+    file.set_attribute(hdf5::root_group, "goal", join_goal_names(view.goals));
+    file.set_attribute(hdf5::root_group, "optimality", name_of(front_optimality(view.front)));
+    file.set_attribute(hdf5::root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
+    add_points(file, view);
+  });
 }
 
 // A trade-off as JSON.
@@ -121,6 +110,8 @@ Json figures_json(const FrontReportData& view) {
       figure["least"] = anchor.min_value;
       figure["lower_bound"] = anchor.lower_bound;
       figure["optimality"] = name_of(anchor.optimality);
+      if (anchor.length_bound && anchor.length_bound->reason.empty())
+        figure["coverage"] = length_coverage_text(*anchor.length_bound);
     }
     list.push_back(std::move(figure));
   }
@@ -128,10 +119,9 @@ Json figures_json(const FrontReportData& view) {
 }
 
 Json numbers_list(const FrontReportData& view, const VectorX& x) {
-  Json list = Json::array();
-  for (std::size_t i = 0; i < view.numbers.size(); ++i)
-    list.push_back({{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}});
-  return list;
+  return files::list_json(std::views::iota(std::size_t{0}, view.numbers.size()), [&](std::size_t i) -> Json {
+    return {{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}};
+  });
 }
 
 Json point_json(const FrontReportData& view, std::size_t k) {
@@ -152,7 +142,7 @@ Json point_json(const FrontReportData& view, std::size_t k) {
 
 }  // namespace
 
-std::string front_json(const FrontReportData& view, const std::vector<std::string>& files, const std::string& design) {
+Json front_json(const FrontReportData& view, const std::vector<std::string>& files, const Json& design) {
   const ParetoFront& front = view.front;
   const bool is_empty = front.points.empty();
   const DesignReport& report = is_empty ? front.failure : front.points.front().report;
@@ -161,18 +151,17 @@ std::string front_json(const FrontReportData& view, const std::vector<std::strin
   json["optimality"] = name_of(front_optimality(front));
   json["reason"] = is_empty ? report.outcome.reason : "";
   json["seconds"] = view.seconds;
-  Json points = Json::array();
-  for (std::size_t k = 0; k < front.points.size(); ++k) points.push_back(point_json(view, k));
   json["front"] = {{"figures", figures_json(view)},
-                   {"points", std::move(points)},
+                   {"points", files::list_json(std::views::iota(std::size_t{0}, front.points.size()),
+                                               [&](std::size_t k) { return point_json(view, k); })},
                    {"middle", is_empty ? Json(nullptr) : Json(find_compromise_point(front) + 1)},
                    {"searches", front.searches},
                    {"stopped", front.is_budget_exhausted}};
-  if (!design.empty()) json["design"] = Json::parse(design);
+  if (!design.is_null()) json["design"] = design;
   json["notes"] = front.notes;
   json["warnings"] = view.warnings;
   json["files"] = files;
-  return files::format_json(json);
+  return json;
 }
 
 namespace {
@@ -218,6 +207,16 @@ std::string bound_text(const FrontReportData& view, const ParetoPoint& point, co
   const auto j = static_cast<std::size_t>(point.minimized);
   return fmt::format("{} >= {}", letter(j),
                      value_text(point.lower_bound, largest[point.minimized], figure_unit(view, j, units)));
+}
+
+/// For which designs bounds over all lengths hold.
+std::string coverage_text(const FrontReportData& view) {
+  std::string text;
+  for (std::size_t j = 0; j < view.front.anchors.size(); ++j)
+    if (const auto& bound = view.front.anchors[j].length_bound; bound && bound->reason.empty())
+      text +=
+          fmt::format("bound of {}: {}, without limits on other figures\n", letter(j), length_coverage_text(*bound));
+  return text;
 }
 
 std::string points_table(const FrontReportData& view, const files::TextOptions& options) {
@@ -289,8 +288,8 @@ std::string front_text(const FrontReportData& view, const files::TextOptions& op
   std::string text = fmt::format("{}: a front of {} design{}{}\n", view.title, front.points.size(),
                                  front.points.size() == 1 ? "" : "s",
                                  view.goals.empty() ? "" : ", all balanced for " + join_goal_names(view.goals));
-  text += optimality_text(view) + "\n" + legend(view, options.units) + "\n" + points_table(view, options) + "\n" +
-          numbers_table(view, options);
+  text += optimality_text(view) + "\n" + legend(view, options.units) + "\n" + points_table(view, options) +
+          coverage_text(view) + "\n" + numbers_table(view, options);
   text += fmt::format(
       "\npoint {} is nearest to the minima of all figures; --point K shows a point and, with -o, writes it\n",
       find_compromise_point(front) + 1);

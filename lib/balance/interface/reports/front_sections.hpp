@@ -1,6 +1,7 @@
 #pragma once
 /// Report data of a trade-off.
 
+#include "balance/interface/files/json.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/text_options.hpp"
@@ -35,9 +36,8 @@ design::Optimality front_optimality(const design::ParetoFront& front);
 std::string front_text(const FrontReportData& view, const files::TextOptions& options = {});
 
 /// One JSON document; docs/spec.md describes its keys. @param files that were written
-/// @param design output of design_json() for one of the points; empty: none
-std::string front_json(const FrontReportData& view, const std::vector<std::string>& files,
-                       const std::string& design = {});
+/// @param design design_json() of one of the points; null: none
+Json front_json(const FrontReportData& view, const std::vector<std::string>& files, const Json& design = {});
 
 /// One line per point under a heading: figures, bound and free numbers, 17 significant digits.
 std::string front_csv(const FrontReportData& view);

@@ -8,8 +8,6 @@
 namespace balance::reports {
 namespace {
 
-Json parse_optional(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
-
 /// More samples than pixels slow the page down without improving its pictures.
 constexpr Eigen::Index max_displayed_samples = 4000;
 
@@ -37,12 +35,6 @@ Json trajectory_json(const HtmlReport& page, const ReportedTrajectory& t) {
           {"drive", t.drive},
           {"before", optional_run(page.before, t.before, rows_of(t.before), t.deviation_before)},
           {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after), t.deviation_after)}};
-}
-
-Json trajectories_json(const HtmlReport& page) {
-  Json list = Json::array();
-  for (const ReportedTrajectory& t : page.trajectories) list.push_back(trajectory_json(page, t));
-  return list;
 }
 
 /// What takes the place of each factor of an SI unit. Times stay in seconds, in which the page's clock runs.
@@ -92,16 +84,18 @@ std::string format_report_data(const HtmlReport& page) {
                {"space", page.before.space == SpaceKind::planar ? "planar" : "spatial"},
                {"gravity", files::vector_json(page.before.gravity, 3)},
                {"mass", total_mass(page.before)}};
-  json["check"] = page.check.empty() ? Json::object() : parse_optional(page.check);
-  json["conditions"] = parse_optional(page.conditions);
-  json["design"] = parse_optional(page.design);
-  json["front"] = parse_optional(page.front);
+  const ReportedAnswers answers = page.answers ? *page.answers : ReportedAnswers{};
+  json["check"] = answers.check;
+  json["conditions"] = answers.conditions;
+  json["design"] = answers.design;
+  json["front"] = answers.front;
   json["meaning"] = page.goal_descriptions;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};
   json["controller"] = nullptr;
   if (!page.controller.empty()) json["controller"] = {{"name", page.controller}, {"type", page.controller_type}};
-  json["trajectories"] = trajectories_json(page);
+  json["trajectories"] =
+      files::list_json(page.trajectories, [&](const ReportedTrajectory& t) { return trajectory_json(page, t); });
   json["units"] = units_json(page.units);
   json["number_units"] = page.number_units;
   json["notes"] = page.notes;

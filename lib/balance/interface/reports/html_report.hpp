@@ -4,6 +4,7 @@
 #include "balance/interface/specification/display_units.hpp"
 #include "balance/mechanics/results/result.hpp"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,17 +20,16 @@ struct ReportedTrajectory {
   std::optional<RunResult> deviation_before = {}, deviation_after = {};
 };
 
+struct ReportedAnswers;  // html_report_data.hpp
+
 struct HtmlReport {
   std::string version;    ///< of the program
   std::string command;    ///< reproduces the page
   std::string spec_file;  ///< without folders
   std::string spec_text;
-  Mechanism before;                ///< the mechanism of the spec's runs
-  std::optional<Mechanism> after;  ///< the designed mechanism
-  std::string check;               ///< output of `balance check --json`; empty: not checked
-  std::string conditions;          ///< output of `balance conditions --json`; empty: no goal
-  std::string design;              ///< output of `balance design --json`; empty: no design
-  std::string front;               ///< output of a trade-off, whose middle is `design`; empty: none was requested
+  Mechanism before;                            ///< the mechanism of the spec's runs
+  std::optional<Mechanism> after;              ///< the designed mechanism
+  std::shared_ptr<ReportedAnswers> answers;    ///< null: none
   std::vector<std::string> goal_descriptions;  ///< the goals in words
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;

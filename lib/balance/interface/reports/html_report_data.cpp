@@ -78,148 +78,112 @@ Json inertia_json(const Matrix3& inertia, SpaceKind space) {
   return std::array{inertia(0, 0), inertia(1, 1), inertia(2, 2), xy, xz, yz};
 }
 
-Json bodies_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Body& body : mechanism.bodies) {
-    Json points = Json::array();
-    for (const model::NamedPoint& point : body.points)
-      points.push_back({{"name", point.name}, {"position", position_json(point.position)}});
-    list.push_back({{"name", body.name},
-                    {"mass", body.mass},
-                    {"com", position_json(body.com)},
-                    {"inertia", inertia_json(body.inertia, mechanism.space)},
-                    {"points", std::move(points)}});
-  }
-  return list;
+Json named_point_json(const model::NamedPoint& point) {
+  return {{"name", point.name}, {"position", position_json(point.position)}};
 }
 
-Json joints_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Joint& joint : mechanism.joints) {
-    list.push_back({{"name", joint.name},
-                    {"type", name_of(joint.type)},
-                    {"first", joint.first},
-                    {"second", joint.second},
-                    {"point_first", position_json(joint.point_first)},
-                    {"point_second", position_json(joint.point_second)},
-                    {"axis", position_json(joint.axis)}});
-    if (!is_rolling(joint.type)) continue;
-    list.back()["radius"] = joint.radius;
-    if (joint.type == JointType::rolling_disc)  // the disc's own axis, in its frame
-      list.back()["spin"] = position_json(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
-  }
-  return list;
+Json body_json(const Body& body, SpaceKind space) {
+  return {{"name", body.name},
+          {"mass", body.mass},
+          {"com", position_json(body.com)},
+          {"inertia", inertia_json(body.inertia, space)},
+          {"points", files::list_json(body.points, named_point_json)}};
 }
 
-Json attachments_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Attachment& a : mechanism.attachments)
-    list.push_back({{"name", a.name},
-                    {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
-                    {"body", a.body},
-                    {"position", position_json(a.position)},
-                    {"mass", a.mass}});
-  return list;
+Json joint_json(const Joint& joint) {
+  Json json = {{"name", joint.name},
+               {"type", name_of(joint.type)},
+               {"first", joint.first},
+               {"second", joint.second},
+               {"point_first", position_json(joint.point_first)},
+               {"point_second", position_json(joint.point_second)},
+               {"axis", position_json(joint.axis)}};
+  if (is_rolling(joint.type)) json["radius"] = joint.radius;
+  if (joint.type == JointType::rolling_disc)  // the disc's own axis, in its frame
+    json["spin"] = position_json(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
+  return json;
 }
 
-Json followed_json(const model::CoordinateCombination& followed) {
-  Json list = Json::array();
-  for (const model::CoordinateTerm& term : followed.terms)
-    list.push_back({{"coordinate", term.coordinate}, {"ratio", term.ratio}});
-  return list;
+Json attachment_json(const Attachment& a) {
+  return {{"name", a.name},
+          {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
+          {"body", a.body},
+          {"position", position_json(a.position)},
+          {"mass", a.mass}};
 }
 
-Json discs_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Disc& disc : mechanism.discs)
-    list.push_back({{"name", disc.name},
-                    {"body", disc.body},
-                    {"position", position_json(disc.position)},
-                    {"axis", position_json(disc.axis)},
-                    {"follows", followed_json(disc.follows)},
-                    {"ratio", disc.ratio},
-                    {"mass", disc.mass},
-                    {"axial", disc.axis.dot(disc.inertia * disc.axis)}});
-  return list;
+Json term_json(const model::CoordinateTerm& term) { return {{"coordinate", term.coordinate}, {"ratio", term.ratio}}; }
+
+Json disc_json(const Disc& disc) {
+  return {{"name", disc.name},
+          {"body", disc.body},
+          {"position", position_json(disc.position)},
+          {"axis", position_json(disc.axis)},
+          {"follows", files::list_json(disc.follows.terms, term_json)},
+          {"ratio", disc.ratio},
+          {"mass", disc.mass},
+          {"axial", disc.axis.dot(disc.inertia * disc.axis)}};
 }
 
-Json springs_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Spring& spring : mechanism.springs)
-    list.push_back({{"name", spring.name},
-                    {"first", spring.first},
-                    {"second", spring.second},
-                    {"point_first", position_json(spring.point_first)},
-                    {"point_second", position_json(spring.point_second)},
-                    {"stiffness", spring.stiffness},
-                    {"free_length", spring.free_length},
-                    {"preload", spring.preload},
-                    {"coordinate", spring.coordinate}});
-  return list;
+Json spring_json(const Spring& spring) {
+  return {{"name", spring.name},
+          {"first", spring.first},
+          {"second", spring.second},
+          {"point_first", position_json(spring.point_first)},
+          {"point_second", position_json(spring.point_second)},
+          {"stiffness", spring.stiffness},
+          {"free_length", spring.free_length},
+          {"preload", spring.preload},
+          {"coordinate", spring.coordinate}};
 }
 
-Json coordinates_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Coordinate& coordinate : mechanism.coordinates)
-    list.push_back({{"name", coordinate.name},
-                    {"joint", coordinate.joint},
-                    {"unit", coordinate.kind == CoordinateKind::angle ? "rad" : "m"}});
-  return list;
+Json coordinate_json(const Coordinate& coordinate) {
+  return {{"name", coordinate.name},
+          {"joint", coordinate.joint},
+          {"unit", coordinate.kind == CoordinateKind::angle ? "rad" : "m"}};
 }
 
-Json couplings_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Coupling& coupling : mechanism.couplings)
-    list.push_back({{"follower", coupling.follower},
-                    {"leaders", followed_json(coupling.leader)},
-                    {"ratio", coupling.ratio},
-                    {"offset", coupling.offset}});
-  return list;
+Json coupling_json(const Coupling& coupling) {
+  return {{"follower", coupling.follower},
+          {"leaders", files::list_json(coupling.leader.terms, term_json)},
+          {"ratio", coupling.ratio},
+          {"offset", coupling.offset}};
 }
 
-Json loads_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Load& load : mechanism.loads) {
-    Json forces = Json::array(), moments = Json::array();
-    for (const Vector3& force : load.force) forces.push_back(position_json(force));
-    for (const Vector3& moment : load.moment) moments.push_back(position_json(moment));
-    list.push_back({{"name", load.name},
-                    {"body", load.body},
-                    {"point", position_json(load.point)},
-                    {"frame", load.frame == model::Frame::world ? "world" : "body"},
-                    {"time", load.time},
-                    {"force", std::move(forces)},
-                    {"moment", std::move(moments)}});
-  }
-  return list;
+Json load_json(const Load& load) {
+  return {{"name", load.name},
+          {"body", load.body},
+          {"point", position_json(load.point)},
+          {"frame", load.frame == model::Frame::world ? "world" : "body"},
+          {"time", load.time},
+          {"force", files::list_json(load.force, position_json)},
+          {"moment", files::list_json(load.moment, position_json)}};
 }
 
-Json friction_json(const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const Friction& friction : mechanism.friction)
-    list.push_back({{"coordinate", friction.coordinate},
-                    {"viscous", friction.viscous},
-                    {"coulomb", friction.dry_friction(1)},
-                    {"coulomb_backward", friction.dry_friction(-1)}});
-  return list;
+Json friction_json(const Friction& friction) {
+  return {{"coordinate", friction.coordinate},
+          {"viscous", friction.viscous},
+          {"coulomb", friction.dry_friction(1)},
+          {"coulomb_backward", friction.dry_friction(-1)}};
 }
 
 }  // namespace
 
 Json mechanism_json(const Mechanism& mechanism) {
   Json json = {{"length", characteristic_length(mechanism)},
-               {"bodies", bodies_json(mechanism)},
-               {"joints", joints_json(mechanism)},
-               {"attachments", attachments_json(mechanism)},
-               {"discs", discs_json(mechanism)},
-               {"springs", springs_json(mechanism)},
-               {"coordinates", coordinates_json(mechanism)},
-               {"couplings", couplings_json(mechanism)},
-               {"loads", loads_json(mechanism)},
-               {"friction", friction_json(mechanism)}};
-  json["actuated"] = Json::array();
-  for (const int actuator : mechanism.actuators)
-    json["actuated"].push_back(mechanism.coordinates[static_cast<std::size_t>(actuator)].joint);
+               {"bodies",
+                files::list_json(mechanism.bodies, [&](const Body& body) { return body_json(body, mechanism.space); })},
+               {"joints", files::list_json(mechanism.joints, joint_json)},
+               {"attachments", files::list_json(mechanism.attachments, attachment_json)},
+               {"discs", files::list_json(mechanism.discs, disc_json)},
+               {"springs", files::list_json(mechanism.springs, spring_json)},
+               {"coordinates", files::list_json(mechanism.coordinates, coordinate_json)},
+               {"couplings", files::list_json(mechanism.couplings, coupling_json)},
+               {"loads", files::list_json(mechanism.loads, load_json)},
+               {"friction", files::list_json(mechanism.friction, friction_json)}};
+  json["actuated"] = files::list_json(mechanism.actuators, [&](int actuator) {
+    return mechanism.coordinates[static_cast<std::size_t>(actuator)].joint;
+  });
   json["tool"] = nullptr;
   if (mechanism.tool)
     json["tool"] = {{"body", mechanism.tool->body}, {"position", position_json(mechanism.tool->position)}};
@@ -435,8 +399,7 @@ Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const 
   const RunResult thinned = is_complete ? RunResult{} : extract_rows(computed, rows);
   const RunResult& result = is_complete ? computed : thinned;
   json["notes"] = result.outcome.notes;
-  json["metrics"] = Json::array();
-  for (const Metric& metric : result.metrics) json["metrics"].push_back(files::metric_json(metric));
+  json["metrics"] = files::metrics_json(result.metrics);
   json["energy"] = result.energy;
   json["about"] = files::vector_json(result.moment_reference, result.axes);
   if (computed.corridor_result) json["found_corridor"] = files::corridor_result_json(*computed.corridor_result);

@@ -12,6 +12,13 @@
 
 namespace balance::reports {
 
+/// What the program's commands print as JSON; null where it was not asked for.
+struct ReportedAnswers {
+  Json check = Json::object();
+  Json conditions, design;
+  Json front;  ///< a trade-off whose middle is `design`
+};
+
 // Samples as text: base64 of little-endian floating-point numbers.
 
 /// RFC 4648 with padding.

@@ -1,12 +1,12 @@
 #include "balance/interface/reports/length_bound_sections.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/files/report_fields.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
-#include <span>
 #include <vector>
 
 namespace balance::reports {
@@ -15,6 +15,33 @@ namespace {
 /// Relative to the best design; NaN without one.
 double relative_gap(const certificate::LengthBound& bound) {
   return std::isinf(bound.best) ? std::numeric_limits<double>::quiet_NaN() : bound.gap();
+}
+
+const ReportFields<certificate::LengthBoundProgress>& progress_fields() {
+  using Row = certificate::LengthBoundProgress;
+  static const ReportFields<Row> fields{
+      {&Row::seconds, JsonKey{"seconds"}, SiUnit{"s"}, Hdf5Dataset{"computing time of the bound"}},
+      {&Row::lower_bound, JsonKey{"lower_bound"}, Hdf5Dataset{"no design has less"}},
+      {&Row::best, JsonKey{"best"}, Hdf5Dataset{"best design so far"}}};
+  return fields;
+}
+
+const ReportFields<certificate::LengthBound>& bound_fields() {
+  using Row = certificate::LengthBound;
+  static const ReportFields<Row> fields{
+      {&Row::reason, JsonKey{"reason"}},
+      {&Row::lower_bound, JsonKey{"lower_bound"}},
+      {&Row::best, JsonKey{"best"}},
+      {&Row::unit, JsonKey{"unit"}},
+      {relative_gap, JsonKey{"relative_gap"}, SiUnit{"1"}, Hdf5Dataset{"best minus lower bound, relative to best"}},
+      {[](const Row& bound) { return bound.count < 0 ? Json() : Json(bound.count); }, JsonKey{"count"}},
+      {&Row::is_impossible, JsonKey{"impossible"}},
+      {&Row::geometries, JsonKey{"covers"}},
+      {&Row::uncovered, JsonKey{"not_covered"}},
+      {length_coverage_text, JsonKey{"coverage"}},
+      {&Row::nodes, JsonKey{"boxes"}, SiUnit{"1"}, Hdf5Dataset{"boxes of lengths that were bounded"}},
+      {[](const Row& bound) { return rows_json(bound.progress, progress_fields()); }, JsonKey{"progress"}}};
+  return fields;
 }
 
 }  // namespace
@@ -32,26 +59,14 @@ std::string length_coverage_text(const certificate::LengthBound& bound) {
     text += " with which " + join_with_conjunction(bound.trajectories, "and") + " can be followed";
   if (has_general && !special.empty()) text += ", " + join_with_conjunction(special, "and") + " included";
   if (!bound.uncovered.empty()) text += "; it does not cover " + join_with_conjunction(bound.uncovered, "and");
+  for (const std::string& remark : bound.remarks) text += "; " + remark;
   return text;
 }
 
 Json length_bound_json(const std::optional<certificate::LengthBound>& bound) {
   if (!bound) return nullptr;
   if (!bound->reason.empty()) return {{"reason", bound->reason}};
-  Json progress = Json::array();
-  for (const certificate::LengthBoundProgress& one : bound->progress)
-    progress.push_back({{"seconds", one.seconds}, {"lower_bound", one.lower_bound}, {"best", one.best}});
-  return {{"reason", ""},
-          {"lower_bound", bound->lower_bound},
-          {"best", bound->best},
-          {"relative_gap", relative_gap(*bound)},
-          {"count", bound->count < 0 ? Json(nullptr) : Json(bound->count)},
-          {"impossible", bound->is_impossible()},
-          {"covers", bound->geometries},
-          {"not_covered", bound->uncovered},
-          {"coverage", length_coverage_text(*bound)},
-          {"boxes", bound->nodes},
-          {"progress", std::move(progress)}};
+  return fields_json(*bound, bound_fields());
 }
 
 void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bound) {
@@ -60,20 +75,8 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
   file.set_attribute(group, "covers", bound.geometries);
   if (!bound.uncovered.empty()) file.set_attribute(group, "not_covered", bound.uncovered);
   file.set_attribute(group, "impossible", bound.is_impossible() ? "yes" : "no");
-  std::vector<double> seconds, lower, best;
-  for (const certificate::LengthBoundProgress& one : bound.progress) {
-    seconds.push_back(one.seconds);
-    lower.push_back(one.lower_bound);
-    best.push_back(one.best);
-  }
-  const hdf5::Hdf5Writer::Dimension time =
-      file.add_dimension(group, {"seconds", "computing time of the bound", "s", {}, {}}, seconds);
-  file.add_variable(group, {"lower_bound", "no design is lighter", "kg", {time}, {}}, std::span<const double>(lower));
-  file.add_variable(group, {"best", "lightest design so far", "kg", {time}, {}}, std::span<const double>(best));
-  const double gap = relative_gap(bound), boxes = static_cast<double>(bound.nodes);
-  file.add_variable(group, {"relative_gap", "best minus lower bound, relative to best", "1", {}, {}},
-                    std::span(&gap, 1));
-  file.add_variable(group, {"boxes", "boxes of lengths that were bounded", "1", {}, {}}, std::span(&boxes, 1));
+  write_rows(file, group, bound.progress, progress_fields(), bound.unit.empty() ? "mixed" : bound.unit);
+  write_fields(file, group, bound, bound_fields());
 }
 
 }  // namespace balance::reports

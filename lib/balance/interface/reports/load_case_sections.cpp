@@ -1,7 +1,7 @@
 #include "balance/interface/reports/load_case_sections.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/report_fields.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 
 #include <fmt/format.h>
@@ -19,11 +19,21 @@ using study::LoadCases;
 
 namespace {
 
+std::vector<std::string> load_names(const LoadCases& loads) {
+  std::vector<std::string> names;
+  for (const study::LoadParameter& number : loads.numbers) names.push_back(number.name);
+  return names;
+}
+
+VectorX nominal_loads(const LoadCases& loads) {
+  VectorX values(static_cast<Eigen::Index>(loads.numbers.size()));
+  for (std::size_t k = 0; k < loads.numbers.size(); ++k)
+    values[static_cast<Eigen::Index>(k)] = loads.numbers[k].nominal;
+  return values;
+}
+
 Json loads_json(const LoadCases& cases, const VectorX& values) {
-  Json json = Json::object();
-  for (std::size_t k = 0; k < cases.numbers.size(); ++k)
-    json[cases.numbers[k].name] = values[static_cast<Eigen::Index>(k)];
-  return json;
+  return files::named_numbers_json(load_names(cases), values);
 }
 
 Json static_efforts_json(const design::LoadCaseReport& load_case, const Mechanism& mechanism) {
@@ -37,6 +47,12 @@ Json static_efforts_json(const design::LoadCaseReport& load_case, const Mechanis
   return json;
 }
 
+Json load_case_run_json(const design::LoadCaseRun& run) {
+  return {{"trajectory", run.trajectory},
+          {"outcome", files::outcome_json(run.outcome)},
+          {"metrics", files::metrics_json(run.metrics)}};
+}
+
 Json case_json(const design::LoadCaseReport& load_case, const DesignReport& report) {
   Json json = {{"loads", loads_json(report.study_after.design.cases, load_case.loads)},
                {"largest_residual", load_case.residual},
@@ -45,21 +61,30 @@ Json case_json(const design::LoadCaseReport& load_case, const DesignReport& repo
   json["free_numbers"] = Json::object();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
     json["free_numbers"][report.free_numbers[i].key_path] = load_case.x[static_cast<Eigen::Index>(i)];
-  json["trajectories"] = Json::array();
-  for (const design::LoadCaseRun& run : load_case.runs) {
-    Json metrics = Json::array();
-    for (const Metric& metric : run.metrics) metrics.push_back(files::metric_json(metric));
-    json["trajectories"].push_back({{"trajectory", run.trajectory},
-                                    {"outcome", files::outcome_json(run.outcome)},
-                                    {"metrics", std::move(metrics)}});
-  }
+  json["trajectories"] = files::list_json(load_case.runs, load_case_run_json);
   return json;
 }
 
 Json cases_json(const std::vector<design::LoadCaseReport>& cases, const DesignReport& report) {
-  Json list = Json::array();
-  for (const design::LoadCaseReport& one : cases) list.push_back(case_json(one, report));
-  return list;
+  return files::list_json(cases, [&](const design::LoadCaseReport& one) { return case_json(one, report); });
+}
+
+/// "-0.075 - 0.1 cargo.mass". @param times separator of factors
+std::string law_text(const AdaptiveLaw& law, Eigen::Index index, const std::vector<std::string>& loads, double unit = 1,
+                     int digits = 6, const char* times = " ") {
+  std::string text;
+  for (const AdaptiveLaw::Term& term : law.terms) {
+    const double coefficient = term.coefficients[index] / unit;
+    if (coefficient == 0) continue;
+    const char* sign = coefficient < 0 ? (text.empty() ? "-" : " - ") : (text.empty() ? "" : " + ");
+    text += fmt::format("{}{:.{}g}", sign, std::abs(coefficient), digits);
+    for (std::size_t k = 0; k < term.powers.size(); ++k) {
+      if (term.powers[k] == 0) continue;
+      text += times + loads[k];
+      if (term.powers[k] > 1) text += fmt::format("^{}", term.powers[k]);
+    }
+  }
+  return text.empty() ? "0" : text;
 }
 
 Json law_json(const AdaptiveLaw& law, Eigen::Index index, const LoadCases& cases) {
@@ -90,12 +115,7 @@ Json adaptive_json(const DesignReport& report) {
   if (!report.adaptive) return nullptr;
   const design::AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& cases = report.study_after.design.cases;
-  std::vector<std::string> names;
-  VectorX nominal_loads(static_cast<Eigen::Index>(cases.numbers.size()));
-  for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
-    names.push_back(cases.numbers[k].name);
-    nominal_loads[static_cast<Eigen::Index>(k)] = cases.numbers[k].nominal;
-  }
+  const VectorX own_load = nominal_loads(cases);
   Json numbers = Json::array();
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -104,10 +124,10 @@ Json adaptive_json(const DesignReport& report) {
                    {"most", adaptive.max_values[k]},
                    {"law", nullptr}};
     if (adaptive.law) {
-      number["law"] = {{"text", law_text(*adaptive.law, k, names)},
+      number["law"] = {{"text", law_text(*adaptive.law, k, load_names(cases))},
                        {"affine", adaptive.law->is_affine(k)},
                        {"terms", law_json(*adaptive.law, k, cases)}};
-      number["slope"] = loads_json(cases, adaptive.law->jacobian(nominal_loads).row(k));
+      number["slope"] = loads_json(cases, adaptive.law->jacobian(own_load).row(k));
     }
     numbers.push_back(std::move(number));
   }
@@ -115,7 +135,7 @@ Json adaptive_json(const DesignReport& report) {
           {"within_bounds", adaptive.is_within_bounds},
           {"table", table_json(adaptive.table, report)},
           {"work", adaptive.adjustment_work ? Json(*adaptive.adjustment_work) : Json(nullptr)},
-          {"own_load", loads_json(cases, nominal_loads)},
+          {"own_load", loads_json(cases, own_load)},
           {"not_adapted", cases_json(adaptive.fixed_design_cases, report)}};
 }
 
@@ -133,12 +153,6 @@ constexpr int law_significant_digits = 15;
 
 const LoadCases& cases_of(const DesignReport& report) { return report.study_after.design.cases; }
 
-std::vector<std::string> load_names(const LoadCases& loads) {
-  std::vector<std::string> names;
-  for (const study::LoadParameter& number : loads.numbers) names.push_back(number.name);
-  return names;
-}
-
 /// "cargo.mass = 2 kg"
 std::string describe_load(const LoadCases& cases, const VectorX& loads, const TextOptions& options) {
   std::string text;
@@ -149,8 +163,6 @@ std::string describe_load(const LoadCases& cases, const VectorX& loads, const Te
   }
   return text;
 }
-
-std::string figure_text(double value) { return value == 0 ? "0" : files::format_number(value); }
 
 std::string residual_word(double residual) {
   if (std::isnan(residual)) return "-";
@@ -182,7 +194,7 @@ std::string static_efforts_text(const design::LoadCaseReport& load_case, const M
                                     [&](const conditions::PeakEffort& effort) { return effort.actuator == actuator; });
     const DisplayUnit unit = effort_unit(mechanism, actuator, units);
     text += (text.empty() ? "" : ", ") +
-            figure_text(match == load_case.static_efforts.end() ? 0 : unit.convert(match->magnitude)) +
+            files::format_figure(match == load_case.static_efforts.end() ? 0 : unit.convert(match->magnitude)) +
             (is_mixed ? append_unit(unit) : "");
   }
   return text.empty() ? "-" : text;
@@ -193,7 +205,8 @@ std::string torque_text(const design::LoadCaseRun& run, const specification::Spe
   for (const Metric& metric : run.metrics) {
     if (metric.quantity != "torque") continue;
     const DisplayUnit unit = files::find_display_unit(metric.unit, units);
-    return fmt::format("{}, {}", figure_text(unit.convert(metric.peak)), figure_text(unit.convert(metric.mean)));
+    return fmt::format("{}, {}", files::format_figure(unit.convert(metric.peak)),
+                       files::format_figure(unit.convert(metric.mean)));
   }
   return "-";
 }
@@ -283,12 +296,9 @@ DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const Te
 
 std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads, const DisplayUnit& unit,
                         const TextOptions& options) {
-  VectorX nominal_loads(static_cast<Eigen::Index>(loads.numbers.size()));
-  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
-    nominal_loads[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
-  const MatrixX slope = law.jacobian(nominal_loads);
+  const MatrixX slope = law.jacobian(nominal_loads(loads));
   std::string text;
-  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
+  for (Eigen::Index k = 0; k < slope.cols(); ++k)
     text += fmt::format(
         "{}{:.6g} per {}", k == 0 ? "" : ", ",
         unit.convert(slope(i, k)) * find_number_unit(loads.numbers[static_cast<std::size_t>(k)].path, options).factor,
@@ -340,7 +350,7 @@ std::string table_text(const DesignReport& report, const TextOptions& options) {
     std::vector<std::string> figures;
     if (has_conditions) figures.push_back(residual_word(adapted_table.residuals[row]));
     for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
-      figures.push_back(figure_text(
+      figures.push_back(files::format_figure(
           adapted_unit(report, i, options).convert(adapted_table.values[row][static_cast<Eigen::Index>(i)])));
     rows.add(adapted_table.loads[row], std::move(figures));
   }
@@ -359,33 +369,14 @@ std::string costs_text(const DesignReport& report, const TextOptions& options,
   if (report.adaptive->adjustment_work)
     text += fmt::format(
         "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} {}\n",
-        report.study_after.trajectories.front().name, figure_text(energy.convert(*report.adaptive->adjustment_work)),
-        energy.name);
-  VectorX nominal_loads(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
-  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
-    nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
-  text += fmt::format("\nnot adapted: as for {}\n", describe_load(cases_of(report), nominal_loads, options));
+        report.study_after.trajectories.front().name,
+        files::format_figure(energy.convert(*report.adaptive->adjustment_work)), energy.name);
+  text += fmt::format("\nnot adapted: as for {}\n",
+                      describe_load(cases_of(report), nominal_loads(cases_of(report)), options));
   return text + cases_table(report.adaptive->fixed_design_cases, report, options, hidden_trajectories);
 }
 
 }  // namespace
-
-std::string law_text(const AdaptiveLaw& law, Eigen::Index index, const std::vector<std::string>& loads, double unit,
-                     int digits, const char* times) {
-  std::string text;
-  for (const AdaptiveLaw::Term& term : law.terms) {
-    const double coefficient = term.coefficients[index] / unit;
-    if (coefficient == 0) continue;
-    const char* sign = coefficient < 0 ? (text.empty() ? "-" : " - ") : (text.empty() ? "" : " + ");
-    text += fmt::format("{}{:.{}g}", sign, std::abs(coefficient), digits);
-    for (std::size_t k = 0; k < term.powers.size(); ++k) {
-      if (term.powers[k] == 0) continue;
-      text += times + loads[k];
-      if (term.powers[k] > 1) text += fmt::format("^{}", term.powers[k]);
-    }
-  }
-  return text.empty() ? "0" : text;
-}
 
 std::vector<std::string> make_law_expressions(const DesignReport& report) {
   std::vector<std::string> texts(report.free_numbers.size());

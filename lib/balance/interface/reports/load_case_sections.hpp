@@ -18,11 +18,6 @@ void add_load_cases(Json& json, const DesignReport& report);
 std::string load_cases_text(const DesignReport& report, const files::TextOptions& options = {},
                             const std::vector<std::string>& hidden_trajectories = {});
 
-/// "-0.075 - 0.1 cargo.mass": law of one adapted number.
-/// @param digits number of significant digits @param times separator of factors
-std::string law_text(const design::AdaptiveLaw& law, Eigen::Index index, const std::vector<std::string>& loads,
-                     double unit = 1, int digits = 6, const char* times = " ");
-
 /// Per free number, for format_balanced_spec(): an expression in the load's parameters if it follows them by a law
 /// within its bounds; otherwise empty.
 std::vector<std::string> make_law_expressions(const DesignReport& report);

@@ -22,22 +22,6 @@ struct ToleranceReportData {
   tolerance::MonteCarloOptions draws;
 };
 
-/// Short name of a number: "cw1.mass".
-inline std::string tolerance_name(const study::TolerancedParameter& number) {
-  return number.path.substr(number.path.find('.') + 1);
-}
-
-/// Numbers that open joints, with the gaps.
-const std::vector<tolerance::IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view);
-
-/// Difference of the sampled and the first-order standard deviation, in standard errors; NaN if there is no standard
-/// error or no first-order deviation.
-double sampling_disagreement(const tolerance::ToleranceReport& report, const tolerance::SampledFigure& sampled);
-
-/// The deviation of one of a quantity's figures; nullptr if the report does not have it.
-const tolerance::FigureDeviation* find_deviation(const tolerance::ToleranceReport& report, const std::string& quantity,
-                                                 Statistic figure);
-
 // A run and its deviations as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
 /// Writes the nominal run as a result file and, in the group `tolerance`, the numbers, the figures' deviations and the

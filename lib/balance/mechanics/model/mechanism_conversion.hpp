@@ -79,9 +79,9 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
 
 /// The mechanism without derivatives.
 inline const Mechanism& values_of(const Mechanism& mechanism) { return mechanism; }
-template <int N>
-Mechanism values_of(const MechanismOf<Dual<N>>& mechanism) {
-  return convert_mechanism<double>(mechanism, [](const Dual<N>& x) { return x.value; });
+template <class T>
+Mechanism values_of(const MechanismOf<T>& mechanism) {
+  return convert_mechanism<double>(mechanism, [](const T& x) { return value_of(x); });
 }
 
 }  // namespace balance::model

@@ -89,7 +89,10 @@ void BernsteinCoefficients::multiply_by_centred(std::size_t axis) {
   });
 }
 
-BernsteinForm::BernsteinForm(const std::vector<LengthPolynomial>& polynomials) {
+namespace {
+
+/// Degrees per variable.
+std::vector<int> highest_exponents(const std::vector<LengthPolynomial>& polynomials) {
   std::vector<int> highest;
   for (const LengthPolynomial& p : polynomials)
     for (const auto& [exponents, coefficient] : p.terms()) {
@@ -97,6 +100,19 @@ BernsteinForm::BernsteinForm(const std::vector<LengthPolynomial>& polynomials) {
       highest.resize(std::max(highest.size(), exponents.size()), 0);
       for (std::size_t i = 0; i < exponents.size(); ++i) highest[i] = std::max(highest[i], exponents[i]);
     }
+  return highest;
+}
+
+}  // namespace
+
+Eigen::Index count_coefficients(const std::vector<LengthPolynomial>& polynomials) {
+  Eigen::Index count = 1;
+  for (const int degree : highest_exponents(polynomials)) count *= degree + 1;
+  return count;
+}
+
+BernsteinForm::BernsteinForm(const std::vector<LengthPolynomial>& polynomials) {
+  const std::vector<int> highest = highest_exponents(polynomials);
   for (std::size_t i = 0; i < highest.size(); ++i) {
     if (highest[i] == 0) continue;
     variables_.push_back(static_cast<int>(i));

@@ -48,6 +48,9 @@ class BernsteinForm {
   MatrixX powers_;  ///< as BernsteinCoefficients::values, of the power basis
 };
 
+/// Of the form of these polynomials.
+Eigen::Index count_coefficients(const std::vector<LengthPolynomial>& polynomials);
+
 /// Relative error of Bernstein coefficients and of sums of their products with multipliers, for the degrees and numbers
 /// of terms that occur here: some hundreds of roundings, with a margin.
 inline constexpr double bernstein_round_off = 1e-13;

@@ -13,10 +13,23 @@ namespace {
 /// Relative: a mass above its limit by less is round-off of the solver.
 constexpr double mass_limit_tolerance = 1e-9;
 constexpr double min_active_multiplier = 1e-12;
+/// Of heights, which are at most 1: places that are higher by less are not added. The rest costs tightness.
+constexpr double height_tolerance = 1e-10;
+constexpr int max_place_rounds = 24;
+/// Of maxima over places, whose vertices are rounded as well.
+constexpr double place_round_off_factor = 4;
 
 std::vector<LengthPolynomial> list_polynomials(const VirtualHeight& height) {
   std::vector<LengthPolynomial> all{height.scale};
   all.insert(all.end(), height.coefficients.begin(), height.coefficients.end());
+  return all;
+}
+
+std::vector<LengthPolynomial> list_polynomials(const PlacedHeight& height, int unknowns) {
+  std::vector<LengthPolynomial> all{height.scale};
+  for (const auto& coefficients : height.coefficients)
+    for (std::size_t w = 0; w < static_cast<std::size_t>(unknowns); ++w)
+      all.push_back(coefficients.empty() ? LengthPolynomial() : coefficients[w]);
   return all;
 }
 
@@ -54,14 +67,112 @@ ExpandedColumns expand(const BernsteinCoefficients& coefficients, const std::vec
   return result;
 }
 
+constexpr auto place_functions = static_cast<Eigen::Index>(PlacedHeight::count);
+using FunctionValues = Eigen::Matrix<double, place_functions, 1>;
+
+struct HighestPlaces {
+  VectorX heights;              ///< per Bernstein coefficient
+  std::vector<Vector3> places;  ///< where they are
+};
+
 }  // namespace
+
+/// Heights of a counterweight or an inertia at all places of its box and in all ratios.
+struct BoxProgram::PlacedRows {
+  ExpandedColumns columns;  ///< scale, then the unknowns of each function
+  Eigen::Index unknowns = 0;
+  Vector3 lower = Vector3::Zero(), upper = Vector3::Zero();  ///< x, y, ratio; zero where not free
+  std::array<int, 3> numbers{-1, -1, -1};
+  bool has_square = false;
+
+  static FunctionValues functions(const Vector3& place) {
+    return {1, place[0], place[1], place.head<2>().squaredNorm(), place[2]};
+  }
+
+  std::vector<Vector3> list_corners() const {
+    std::vector<Vector3> corners{lower};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (lower[i] == upper[i]) continue;
+      const std::size_t count = corners.size();
+      for (std::size_t c = 0; c < count; ++c) {
+        corners.push_back(corners[c]);
+        corners.back()[i] = upper[i];
+      }
+    }
+    return corners;
+  }
+
+  /// The rows at one place, as those of a corner.
+  ExpandedColumns at(const Vector3& place) const {
+    const FunctionValues values = functions(place);
+    const auto combine = [&](const MatrixX& all) {
+      MatrixX combined = MatrixX::Zero(all.rows(), 1 + unknowns);
+      combined.col(0) = all.col(0);
+      for (Eigen::Index f = 0; f < place_functions; ++f)
+        if (values[f] != 0) combined.rightCols(unknowns) += values[f] * all.middleCols(1 + f * unknowns, unknowns);
+      return combined;
+    };
+    ExpandedColumns result{columns.plain, {}};
+    result.plain.values = combine(columns.plain.values);
+    result.plain.magnitudes.resize(1 + unknowns);
+    result.plain.magnitudes << columns.plain.magnitudes[0], magnitudes(values.cwiseAbs());
+    for (const MatrixX& centred : columns.centred) result.centred.push_back(combine(centred));
+    return result;
+  }
+
+  /// Per unknown: bound on absolute terms of the heights at all places.
+  VectorX magnitudes() const {
+    const Vector3 largest = lower.cwiseAbs().cwiseMax(upper.cwiseAbs());
+    return magnitudes(functions(largest));
+  }
+  VectorX magnitudes(const FunctionValues& values) const {
+    VectorX sums = VectorX::Zero(unknowns);
+    for (Eigen::Index f = 0; f < place_functions; ++f)
+      sums += values[f] * columns.plain.magnitudes.segment(1 + f * unknowns, unknowns);
+    return sums;
+  }
+
+  /// Of multipliers w: coefficients × functions, divided by the scale.
+  /// @param w parts × unknowns
+  MatrixX evaluate(const MatrixX& w) const {
+    MatrixX result(columns.plain.values.rows(), place_functions);
+    for (Eigen::Index f = 0; f < place_functions; ++f) {
+      VectorX sum = columns.plain.values.middleCols(1 + f * unknowns, unknowns) * w.row(0).transpose();
+      for (std::size_t part = 0; part < columns.centred.size(); ++part)
+        sum += columns.centred[part].middleCols(1 + f * unknowns, unknowns) *
+               w.row(static_cast<Eigen::Index>(part) + 1).transpose();
+      result.col(f) = sum.cwiseQuotient(columns.plain.values.col(0));
+    }
+    return result;
+  }
+
+  /// A coordinate's part is at most quadratic, so that its largest value is at an end or at its vertex.
+  HighestPlaces find_highest(const MatrixX& w) const {
+    const MatrixX values = evaluate(w);
+    HighestPlaces result{values.col(0), std::vector<Vector3>(static_cast<std::size_t>(values.rows()), lower)};
+    for (Eigen::Index row = 0; row < values.rows(); ++row)
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        if (numbers[static_cast<std::size_t>(i)] < 0) continue;
+        const double slope = values(row, i < 2 ? 1 + i : 4), curvature = i < 2 ? values(row, 3) : 0;
+        const auto height = [&](double at) { return at * (slope + curvature * at); };
+        double best = height(lower[i]) >= height(upper[i]) ? lower[i] : upper[i];
+        if (const double vertex = -slope / (2 * curvature); curvature < 0 && vertex > lower[i] && vertex < upper[i])
+          best = vertex;
+        result.places[static_cast<std::size_t>(row)][i] = best;
+        result.heights[row] += height(best);
+      }
+    return result;
+  }
+};
 
 /// The rows of a box's program, each divided by its scale so that its right-hand side is 1 (0 for signs of σ).
 struct BoxProgram::Assembly {
-  enum class Kind { height, sign, objective };
+  enum class Kind { height, inertia, sign, objective };
   struct Block {
     Kind kind = Kind::height;
     int counterweight = -1, corner = -1;
+    int inertia = -1, limit = -1;  ///< of an inertia; the σ of a sign or an inertia
+    double ratio = 0, amount = 1;  ///< of an inertia; its limit
     Eigen::Index begin = 0, count = 0;
     BernsteinCoefficients shape;  ///< without values: the indices of the rows
     VectorX scales;               ///< per row
@@ -72,11 +183,21 @@ struct BoxProgram::Assembly {
   Eigen::Index unknowns, limits, parts, size;  ///< w, σ, 1 + affine lengths; all with κ and γ
   std::vector<int> conditions;                 ///< that take part
   std::vector<bool> is_equality;
-  std::vector<int> limit_index;
+  std::vector<int> limit_index;  ///< per counterweight, then per inertia
   MatrixX rows;
   VectorX right;
   Eigen::Index count = 0;
   std::vector<Block> blocks;
+  std::size_t objective = 0;  ///< into blocks
+
+  /// A counterweight with moments, and the mass limits that its rows use; none: any mass.
+  struct Placed {
+    const PlacedRows* rows;
+    int counterweight;
+    std::vector<std::optional<double>> masses;
+    std::vector<Vector3>* places;  ///< with rows
+  };
+  std::vector<Placed> placed;
 
   Eigen::Index w_column(Eigen::Index part, Eigen::Index w) const { return part * unknowns + w; }
   Eigen::Index limit_column(Eigen::Index part, Eigen::Index limit) const {
@@ -142,19 +263,123 @@ struct BoxProgram::Assembly {
     return true;
   }
 
+  /// h + σ / amount ≤ 0
+  bool add_inertia(int inertia, int limit, const PlacedRows& placed_rows, double ratio, double amount) {
+    const ExpandedColumns columns = placed_rows.at({0, 0, ratio});
+    Block block;
+    block.kind = Kind::inertia;
+    block.inertia = inertia;
+    block.limit = limit;
+    block.ratio = ratio;
+    block.amount = amount;
+    block.count = columns.plain.values.rows();
+    block.scales = columns.plain.values.col(0);
+    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
+    block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
+    block.magnitudes = VectorX::Zero(size);
+    Block& added = add_block(std::move(block));
+    set_w(added, columns, 1, 1);
+    set_limit(added, columns, 0, limit, 1 / amount);
+    right.segment(added.begin, added.count).setZero();
+    return true;
+  }
+
+  /// Rows at a place, for all mass limits in use.
+  bool add_place(const Placed& one, int place) {
+    const ExpandedColumns columns = one.rows->at((*one.places)[static_cast<std::size_t>(place)]);
+    return std::all_of(one.masses.begin(), one.masses.end(), [&](const std::optional<double>& mass) {
+      return add_heights(one.counterweight, place, columns, mass);
+    });
+  }
+
+  /// The constant part and those of the affine lengths.
+  MatrixX w_of(const VectorX& x) const {
+    MatrixX w(parts, unknowns);
+    for (Eigen::Index part = 0; part < parts; ++part)
+      for (Eigen::Index i = 0; i < unknowns; ++i) w(part, i) = x[w_column(part, i)];
+    return w;
+  }
+
+  /// By how much heights, with σ, exceed 1 at their highest places: per Bernstein coefficient, the largest of all mass
+  /// limits.
+  VectorX find_excess(const Placed& one, const VectorX& x, const HighestPlaces& highest) const {
+    const PlacedRows& own = *one.rows;
+    const VectorX& scales = own.columns.plain.values.col(0);
+    const VectorX w_magnitudes = own.magnitudes();
+    const int limit = limit_index[static_cast<std::size_t>(one.counterweight)];
+    VectorX shift = VectorX::Zero(scales.size());
+    double size_sum = own.columns.plain.magnitudes[0], shift_sum = 0;
+    for (Eigen::Index part = 0; part < parts; ++part) {
+      for (Eigen::Index i = 0; i < unknowns; ++i) size_sum += w_magnitudes[i] * std::abs(x[w_column(part, i)]);
+      if (limit < 0) continue;
+      const MatrixX& values =
+          part == 0 ? own.columns.plain.values : own.columns.centred[static_cast<std::size_t>(part - 1)];
+      shift += values.col(0) * x[limit_column(part, limit)];
+      shift_sum += own.columns.plain.magnitudes[0] * std::abs(x[limit_column(part, limit)]);
+    }
+    VectorX excess = VectorX::Constant(scales.size(), -1);
+    for (const std::optional<double>& mass : one.masses) {
+      const double share = mass ? 1 / *mass : 0;
+      const double margin = place_round_off_factor * relative_round_off() * (size_sum + share * shift_sum);
+      excess = excess.cwiseMax((highest.heights + share * shift.cwiseQuotient(scales)).array().matrix() -
+                               VectorX::Ones(scales.size()) + margin * scales.cwiseInverse());
+    }
+    return excess;
+  }
+
+  /// Adds rows at the highest place of each counterweight that is too high, and at the centre of its masses in the
+  /// relaxation, which is nearer to where the next solution has them. @return whether there are any
+  bool add_high_places(const VectorX& x, const VectorX& multipliers) {
+    const MatrixX w = w_of(x);
+    bool has_added = false;
+    for (const Placed& one : placed) {
+      if (!one.rows->has_square) continue;
+      const HighestPlaces highest = one.rows->find_highest(w);
+      const VectorX excess = find_excess(one, x, highest);
+      const Eigen::Index row = numerics::max_index(excess);
+      if (excess[row] <= height_tolerance) continue;
+      const Vector3 centre = find_centre(one, multipliers);
+      for (const Vector3& place : {highest.places[static_cast<std::size_t>(row)], centre}) {
+        if (std::find(one.places->begin(), one.places->end(), place) != one.places->end()) continue;
+        one.places->push_back(place);
+        has_added = add_place(one, static_cast<int>(one.places->size()) - 1) || has_added;
+      }
+    }
+    return has_added;
+  }
+
+  /// Calls use(place, masses of its rows) for all places of a counterweight.
+  template <class Use>
+  void visit_places(const Placed& one, const VectorX& multipliers, const Use& use) const {
+    for (const Block& block : blocks)
+      if (block.kind == Kind::height && block.counterweight == one.counterweight)
+        use((*one.places)[static_cast<std::size_t>(block.corner)],
+            multipliers.segment(block.begin, block.count).cwiseMax(0.0));
+  }
+
+  /// Of its masses in the relaxation; without mass its first place.
+  Vector3 find_centre(const Placed& one, const VectorX& multipliers) const {
+    double mass = 0;
+    Vector3 sum = Vector3::Zero();
+    visit_places(one, multipliers, [&](const Vector3& place, const VectorX& masses) {
+      mass += masses.sum();
+      sum += masses.sum() * place;
+    });
+    return mass > 0 ? Vector3(sum / mass) : one.places->front();
+  }
+
   /// σ ≤ 0 at all corners of the box of affine lengths.
-  void add_signs(int counterweight) {
+  void add_signs(int limit) {
     Block block;
     block.kind = Kind::sign;
-    block.counterweight = counterweight;
+    block.limit = limit;
     block.count = Eigen::Index(1) << (parts - 1);
     block.scales = VectorX::Ones(block.count);
     block.magnitudes = VectorX::Zero(size);
     const Block& added = add_block(std::move(block));
     for (Eigen::Index r = 0; r < added.count; ++r)
       for (Eigen::Index part = 0; part < parts; ++part)
-        rows(added.begin + r, limit_column(part, limit_index[static_cast<std::size_t>(counterweight)])) =
-            part == 0 || ((r >> (part - 1)) & 1) != 0 ? 1 : -1;
+        rows(added.begin + r, limit_column(part, limit)) = part == 0 || ((r >> (part - 1)) & 1) != 0 ? 1 : -1;
     right.segment(added.begin, added.count).setZero();
   }
 
@@ -167,6 +392,7 @@ struct BoxProgram::Assembly {
     block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
     block.magnitudes = VectorX::Zero(size);
     block.constant_magnitude = columns.plain.magnitudes[0];
+    objective = blocks.size();
     Block& added = add_block(std::move(block));
     set_w(added, columns, 2, 1);
     for (Eigen::Index limit = 0; limit < limits; ++limit) set_limit(added, columns, 1, static_cast<int>(limit), -1);
@@ -198,8 +424,11 @@ struct BoxProgram::Assembly {
 
   VectorX round_off(const Block& block, const VectorX& x) const {
     const double sum = block.magnitudes.dot(x.cwiseAbs()) + block.constant_magnitude;
-    const double relative = bernstein_round_off + static_cast<double>(size) * std::numeric_limits<double>::epsilon();
-    return (relative * sum) * block.scales.cwiseInverse();
+    return (relative_round_off() * sum) * block.scales.cwiseInverse();
+  }
+
+  double relative_round_off() const {
+    return bernstein_round_off + static_cast<double>(size) * std::numeric_limits<double>::epsilon();
   }
 
   /// Makes x a certificate, and its last entry the bound that it proves.
@@ -208,26 +437,29 @@ struct BoxProgram::Assembly {
     for (std::size_t i = 0; i < conditions.size(); ++i)
       if (!is_equality[i]) x[condition_column(i)] = std::max(x[condition_column(i)], 0.0);
     for (const Block& block : blocks) {
-      if (block.kind != Kind::sign) continue;
+      if (block.kind != Kind::sign && block.kind != Kind::inertia) continue;
       // homogeneous: shifted instead of scaled
-      const int limit = limit_index[static_cast<std::size_t>(block.counterweight)];
       double size_sum = 0;
-      for (Eigen::Index part = 0; part < parts; ++part) size_sum += std::abs(x[limit_column(part, limit)]);
-      const double excess = numerics::max_coefficient(rows.middleRows(block.begin, block.count) * x);
-      x[limit_column(0, limit)] -= std::max(excess + bernstein_round_off * size_sum, 0.0);
+      for (Eigen::Index part = 0; part < parts; ++part) size_sum += std::abs(x[limit_column(part, block.limit)]);
+      VectorX excess = rows.middleRows(block.begin, block.count) * x;
+      if (block.kind == Kind::inertia) excess += 2 * round_off(block, x);
+      x[limit_column(0, block.limit)] -=
+          std::max(block.amount * numerics::max_coefficient(excess) + bernstein_round_off * size_sum, 0.0);
     }
     double violation = 0;
+    const MatrixX w = w_of(x);
+    for (const Placed& one : placed)
+      violation = std::max(violation, numerics::max_coefficient(find_excess(one, x, one.rows->find_highest(w))));
     for (const Block& block : blocks) {
-      if (block.kind != Kind::height) continue;
+      if (block.kind != Kind::height || !placed.empty()) continue;
       const VectorX excess =
           rows.middleRows(block.begin, block.count) * x - right.segment(block.begin, block.count) + round_off(block, x);
       violation = std::max(violation, numerics::max_coefficient(excess));
     }
     x /= 1 + violation;
-    const Block& objective = blocks.back();
-    x[bound_column()] =
-        numerics::min_coefficient(right.segment(objective.begin, objective.count) -
-                                  rows.middleRows(objective.begin, objective.count) * x - round_off(objective, x));
+    const Block& last = blocks[objective];
+    x[bound_column()] = numerics::min_coefficient(right.segment(last.begin, last.count) -
+                                                  rows.middleRows(last.begin, last.count) * x - round_off(last, x));
   }
 
   /// Weight of the active rows that want each length small or large, by the change of their slack along it.
@@ -255,6 +487,25 @@ struct BoxProgram::Assembly {
     }
     return conflict;
   }
+
+  /// A counterweight that the relaxation has at several places has the inertia of all of them: the weight of what a
+  /// mass at one place lacks.
+  void measure_spread(const VectorX& x, const VectorX& multipliers, MatrixX& conflict) const {
+    const MatrixX w = w_of(x);
+    for (const Placed& one : placed) {
+      if (!one.rows->has_square) continue;
+      const VectorX curvature = one.rows->evaluate(w).col(PlacedHeight::square).cwiseAbs();
+      const Vector3 centre = find_centre(one, multipliers);
+      visit_places(one, multipliers, [&](const Vector3& place, const VectorX& masses) {
+        for (std::size_t i = 0; i < 2; ++i) {
+          if (one.rows->numbers[i] < 0) continue;
+          const auto axis = static_cast<Eigen::Index>(i);
+          conflict.row(one.rows->numbers[i]).array() +=
+              masses.dot(curvature) * (place[axis] - centre[axis]) * (place[axis] - centre[axis]);
+        }
+      });
+    }
+  }
 };
 
 BoxProgram::BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual,
@@ -275,6 +526,17 @@ BoxProgram::BoxProgram(const PlanarLinkage& linkage, const VirtualLinkage& dual,
       note(forms.back());
     }
   }
+  const auto add_placed = [&](const std::vector<PlacedHeight>& heights, std::vector<BernsteinForm>& forms) {
+    for (const PlacedHeight& height : heights) {
+      forms.emplace_back(list_polynomials(height, dual.unknowns));
+      note(forms.back());
+    }
+  };
+  add_placed(dual.placed, placed_);
+  add_placed(dual.inertias, inertias_);
+  for (std::size_t i = 0; i < placed_.size(); ++i)
+    for (const int number : linkage.counterweights[i].place_numbers)
+      if (number >= 0 && !dual.placed[i].coefficients[PlacedHeight::square].empty()) places_.push_back(number);
   for (const LengthPolynomial& p : dual.positive) positive_.emplace_back(std::vector<LengthPolynomial>{p});
   for (std::size_t i = 0; i < occurs.size(); ++i)
     if (occurs[i]) lengths_.push_back(static_cast<int>(i));
@@ -302,6 +564,79 @@ std::vector<MassLimits> list_mass_limits(const PlanarLinkage& linkage) {
   return limits;
 }
 
+Eigen::Index count_coefficients(const VirtualLinkage& dual, const std::vector<LengthCondition>& conditions) {
+  Eigen::Index count = count_coefficients(list_objective(dual, conditions));
+  for (const auto* heights : {&dual.placed, &dual.inertias})
+    for (const PlacedHeight& height : *heights)
+      count = std::max(count, count_coefficients(list_polynomials(height, dual.unknowns)));
+  return count;
+}
+
+LengthBox BoxProgram::point_box(const VectorX& lengths, const LengthBox& box) const {
+  LengthBox point{lengths, lengths};
+  std::vector<int> numbers = list_free_ratios(linkage_);
+  for (const FreeCounterweight& counterweight : linkage_.counterweights)
+    for (const int number : counterweight.place_numbers)
+      if (number >= 0) numbers.push_back(number);
+  for (const int number : numbers) {
+    point.lower[number] = box.lower[number];
+    point.upper[number] = box.upper[number];
+  }
+  return point;
+}
+
+std::map<int, double> BoxProgram::list_centres(const BoxBound& bound) const {
+  std::map<int, double> centres;
+  for (std::size_t i = 0; i < bound.places.size(); ++i) {
+    const FreeCounterweight& counterweight = linkage_.counterweights[i];
+    const VectorX& masses = bound.corner_masses[i];
+    const double mass = masses.sum();
+    if (!(mass > 0)) continue;
+    Vector3 centre = Vector3::Zero();
+    for (Eigen::Index c = 0; c < masses.size(); ++c)
+      centre += masses[c] / mass * bound.places[i][static_cast<std::size_t>(c)];
+    const std::array<int, 3> numbers{counterweight.place_numbers[0], counterweight.place_numbers[1],
+                                     counterweight.spin.ratio_number};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (numbers[k] >= 0) centres[numbers[k]] = centre[static_cast<Eigen::Index>(k)];
+  }
+  return centres;
+}
+
+std::vector<BoxProgram::PlacedRows> BoxProgram::list_placed_rows(const LengthBox& box,
+                                                                 const std::vector<int>& affine) const {
+  std::vector<PlacedRows> all;
+  const bool is_point = affine.empty() && std::all_of(lengths_.begin(), lengths_.end(), [&](int length) {
+                          return box.lower[length] == box.upper[length];
+                        });
+  const auto add = [&](const BernsteinForm& form, const std::array<int, 3>& numbers) -> PlacedRows& {
+    PlacedRows& rows = all.emplace_back();
+    BernsteinCoefficients coefficients = form.convert(box);
+    if (is_point) {  // all of them are the polynomial's value
+      coefficients.values = coefficients.values.topRows(1).eval();
+      std::fill(coefficients.degrees.begin(), coefficients.degrees.end(), 0);
+    }
+    rows.columns = expand(coefficients, affine);
+    rows.unknowns = dual_.unknowns;
+    rows.numbers = numbers;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (numbers[i] < 0) continue;
+      const auto axis = static_cast<Eigen::Index>(i);
+      rows.lower[axis] = box.lower[numbers[i]];
+      rows.upper[axis] = box.upper[numbers[i]];
+    }
+    return rows;
+  };
+  for (std::size_t i = 0; i < placed_.size(); ++i) {
+    const FreeCounterweight& counterweight = linkage_.counterweights[i];
+    add(placed_[i], {counterweight.place_numbers[0], counterweight.place_numbers[1], counterweight.spin.ratio_number})
+        .has_square = !dual_.placed[i].coefficients[PlacedHeight::square].empty();
+  }
+  for (std::size_t i = 0; i < inertias_.size(); ++i)
+    add(inertias_[i], {-1, -1, linkage_.inertias[i].spin.ratio_number});
+  return all;
+}
+
 BoxBound BoxProgram::bound(const LengthBox& box, const std::vector<int>& affine,
                            std::vector<MassLimits>& limits) const {
   for (;;) {
@@ -317,7 +652,8 @@ BoxBound BoxProgram::bound(const LengthBox& box, const std::vector<int>& affine,
 
 BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
                            const std::vector<MassLimits>& limits) const {
-  const std::size_t counterweights = corners_.size();
+  const std::size_t counterweights = linkage_.counterweights.size();
+  const std::vector<PlacedRows> placed_rows = list_placed_rows(box, affine);
   BoxBound result;
   Assembly rows;
   rows.unknowns = dual_.unknowns;
@@ -327,6 +663,7 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
     const bool has_limit = !limit.is_left_out() && (limit.is_upper_used || limit.lower > 0);
     rows.limit_index.push_back(has_limit ? static_cast<int>(rows.limits++) : -1);
   }
+  for (std::size_t i = 0; i < inertias_.size(); ++i) rows.limit_index.push_back(static_cast<int>(rows.limits++));
   rows.conditions = find_active_conditions(box);
   for (const int condition : rows.conditions)
     rows.is_equality.push_back(conditions_[static_cast<std::size_t>(condition)].is_equality);
@@ -334,43 +671,75 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
   rows.rows.resize(64, rows.size);
   rows.right.resize(64);
   bool is_sound = true;
+  result.places.resize(placed_.empty() ? 0 : counterweights);
   for (std::size_t i = 0; i < counterweights; ++i) {
     const MassLimits& limit = limits[i];
     if (limit.is_left_out()) continue;
     const auto index = static_cast<int>(i);
-    for (std::size_t c = 0; c < corners_[i].size(); ++c) {
-      const ExpandedColumns columns = expand(corners_[i][c].convert(box), affine);
-      const auto corner = static_cast<int>(c);
-      std::vector<std::optional<double>> masses;
-      if (limit.lower > 0) masses.emplace_back(limit.lower);
-      if (!limit.is_upper_used)
-        masses.emplace_back();
-      else if (limit.upper > limit.lower)
-        masses.emplace_back(limit.upper);
-      for (const std::optional<double>& mass : masses)
-        is_sound = is_sound && rows.add_heights(index, corner, columns, mass);
+    std::vector<std::optional<double>> masses;
+    if (limit.lower > 0) masses.emplace_back(limit.lower);
+    if (!limit.is_upper_used)
+      masses.emplace_back();
+    else if (limit.upper > limit.lower)
+      masses.emplace_back(limit.upper);
+    if (placed_.empty()) {
+      for (std::size_t c = 0; c < corners_[i].size(); ++c) {
+        const ExpandedColumns columns = expand(corners_[i][c].convert(box), affine);
+        for (const std::optional<double>& mass : masses)
+          is_sound = is_sound && rows.add_heights(index, static_cast<int>(c), columns, mass);
+      }
+    } else {
+      result.places[i] = placed_rows[i].list_corners();
+      rows.placed.push_back({&placed_rows[i], index, masses, &result.places[i]});
+      for (std::size_t c = 0; c < result.places[i].size(); ++c)
+        is_sound = is_sound && rows.add_place(rows.placed.back(), static_cast<int>(c));
     }
-    if (limit.is_upper_used && limit.lower <= 0) rows.add_signs(index);
+    if (limit.is_upper_used && limit.lower <= 0) rows.add_signs(rows.limit_index[i]);
+  }
+  for (std::size_t i = 0; i < inertias_.size(); ++i) {
+    const FreeInertia& inertia = linkage_.inertias[i];
+    const PlacedRows& own = placed_rows[counterweights + i];
+    const int limit = rows.limit_index[counterweights + i];
+    std::vector<double> amounts;
+    if (inertia.lower > 0) amounts.push_back(inertia.lower);
+    if (inertia.upper > inertia.lower) amounts.push_back(inertia.upper);
+    for (const double amount : amounts)
+      for (const Vector3& corner : own.list_corners())
+        is_sound = is_sound && rows.add_inertia(static_cast<int>(i), limit, own, corner[2], amount);
+    if (inertia.lower <= 0) rows.add_signs(limit);
   }
   is_sound = is_sound && rows.add_objective(expand(objective_.convert(box), affine));
   if (!is_sound) return result;
   rows.add_multiplier_bounds();
   VectorX gain = VectorX::Zero(rows.size);
   gain[rows.bound_column()] = 1;
-  const numerics::InequalityProgramSolution solution =
-      numerics::solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
-  if (solution.status != numerics::LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
+  numerics::InequalityProgramSolution solution;
+  for (int round = 0; round <= max_place_rounds; ++round) {
+    solution = numerics::solve_inequality_program(gain, rows.rows.topRows(rows.count), rows.right.head(rows.count));
+    if (solution.status != numerics::LinearProgramStatus::optimal || !solution.x.allFinite()) return result;
+    if (round == max_place_rounds || !rows.add_high_places(solution.x, solution.multipliers)) break;
+  }
   VectorX x = solution.x;
   const VectorX slack = rows.right.head(rows.count) - rows.rows.topRows(rows.count) * x;
   rows.repair(x);
   result.bound = x[rows.bound_column()];
   result.conflict = rows.measure_conflict(slack, solution.multipliers, linkage_.variables);
+  rows.measure_spread(x, solution.multipliers, result.conflict);
   for (std::size_t i = 0; i < counterweights; ++i)
-    result.corner_masses.push_back(VectorX::Zero(static_cast<Eigen::Index>(corners_[i].size())));
-  for (const Assembly::Block& block : rows.blocks)
+    result.corner_masses.push_back(
+        VectorX::Zero(static_cast<Eigen::Index>(placed_.empty() ? corners_[i].size() : result.places[i].size())));
+  result.inertias.assign(inertias_.size(), 0);
+  result.ratios.assign(inertias_.size(), 0);
+  for (const Assembly::Block& block : rows.blocks) {
+    const double amount = solution.multipliers.segment(block.begin, block.count).sum();
     if (block.kind == Assembly::Kind::height)
-      result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] +=
-          solution.multipliers.segment(block.begin, block.count).sum();
+      result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] += amount;
+    if (block.kind != Assembly::Kind::inertia) continue;
+    result.inertias[static_cast<std::size_t>(block.inertia)] += amount;
+    result.ratios[static_cast<std::size_t>(block.inertia)] += amount * block.ratio;
+  }
+  for (std::size_t i = 0; i < inertias_.size(); ++i)
+    if (result.inertias[i] > 0) result.ratios[i] /= result.inertias[i];
   result.certificate = {affine, limits, rows.limit_index, {}, dual_.unknowns, rows.conditions, {}};
   result.certificate.condition_multipliers.resize(static_cast<Eigen::Index>(rows.conditions.size()));
   for (std::size_t i = 0; i < rows.conditions.size(); ++i)

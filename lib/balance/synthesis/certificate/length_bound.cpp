@@ -67,7 +67,9 @@ class ConditionsJudge : public LengthDesignJudge {
   bool is_design(const VectorX& x) const {
     const study::DesignInstance instance = space_.instantiate(x);
     if (!instance.mode_issue.empty()) return false;
-    const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals);
+    ConditionOptions options;
+    options.about = find_moment_reference(space_);
+    const Conditions conditions = derive_conditions(instance.mechanism, space_.start.design.goals, options);
     if (conditions.status != ConditionsStatus::done) return false;
     if (numerics::max_abs(scaled_residuals(conditions, conditions::term_values(instance.mechanism))) >
         balance_tolerance)
@@ -349,10 +351,12 @@ class Tree {
 
   /// Masses at given lengths.
   struct PointDesign {
-    bool is_feasible = true;             ///< without sizes and choices
-    double value = infinity;             ///< infinite: there is none below the limit, or none was found
-    std::vector<VectorX> corner_masses;  ///< as in BoxBound
-    int programs = 0;                    ///< that were solved
+    bool is_feasible = true;  ///< without sizes and choices
+    double value = infinity;  ///< infinite: there is none below the limit, or none was found
+    BoxBound masses;          ///< without corner_masses: none
+    int programs = 0;         ///< that were solved
+
+    bool has_masses() const { return !masses.corner_masses.empty(); }
   };
 
   /// The lightest masses of a node at these lengths, assembled or not, with sizes and choices.
@@ -369,7 +373,8 @@ class Tree {
       open.pop_back();
       const bool is_first = best.programs++ == 0;
       if (!domain.propagate(part)) continue;
-      const BoxBound point = programs_of(node).unconditional.bound({lengths, lengths}, {}, part.masses);
+      const BoxProgram& program = programs_of(node).unconditional;
+      BoxBound point = program.bound(program.point_box(lengths, part.box), {}, part.masses);
       if (point.corner_masses.empty() || point.bound > max_value(node, part)) {
         best.is_feasible = best.is_feasible && !is_first;
         continue;
@@ -379,14 +384,28 @@ class Tree {
       double distance = 0;
       std::vector<DesignPart> parts = domain.divide_elements(part, masses);
       if (parts.empty()) parts = domain.divide_masses(part, masses, distance);
-      if (parts.empty()) {
+      if (parts.empty()) settle(program, lengths, part, point);
+      if (parts.empty() && point.bound < best.value) {
         best.value = point.bound;
-        best.corner_masses = point.corner_masses;
+        best.masses = std::move(point);
       }
       for (DesignPart& one : parts) open.push_back(std::move(one));
     }
-    if (best.corner_masses.empty()) best.value = infinity;
+    if (!best.has_masses()) best.value = infinity;
     return best;
+  }
+
+  /// With moments, the relaxation may have a counterweight at several places. Where it stands at their centre, inertias
+  /// and ratios may take up the difference.
+  static void settle(const BoxProgram& program, const VectorX& lengths, DesignPart& part, BoxBound& point) {
+    if (program.places().empty()) return;
+    LengthBox box = program.point_box(lengths, part.box);
+    const std::map<int, double> centres = program.list_centres(point);
+    for (const int number : program.places())
+      if (const auto found = centres.find(number); found != centres.end())
+        box.lower[number] = box.upper[number] = found->second;
+    point = program.bound(box, {}, part.masses);
+    if (point.corner_masses.empty()) point.bound = infinity;
   }
 
   /// Descends from the best design along one length at a time: an optimum between the corners is found long before
@@ -487,17 +506,24 @@ class Tree {
     const LengthGeometry& geometry = geometry_of(node);
     const PointDesign point = find_masses(node, lengths, result_.best * (1 - improvement_tolerance));
     if (!point.is_feasible) return false;
-    if (point.corner_masses.empty()) return true;
+    if (!point.has_masses()) return true;
     VectorX x = space_.start_values();
     for (const int length : programs_of(node).conditional.lengths()) x[length] = lengths[length];
     for (const auto& [number, value] : geometry.substitution) x[number] = value.evaluate(lengths).real();
     for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i)
-      place_counterweight(geometry.linkage.counterweights[i], point.corner_masses[i], x);
+      place_counterweight(geometry.linkage.counterweights[i], i, point.masses, x);
+    for (const auto& [number, place] : programs_of(node).unconditional.list_centres(point.masses)) x[number] = place;
+    for (std::size_t i = 0; i < geometry.linkage.inertias.size(); ++i) {
+      const FreeInertia& inertia = geometry.linkage.inertias[i];
+      if (inertia.number >= 0) x[inertia.number] = point.masses.inertias[i];
+      if (inertia.spin.ratio_number >= 0 && point.masses.inertias[i] > 0)
+        x[inertia.spin.ratio_number] = point.masses.ratios[i];
+    }
     if (!domain_of(node).complete(x) || !judge_.accepts(x)) return false;
     double value = geometry.linkage.fixed_size.evaluate(lengths).real();
     for (std::size_t i = 0; i < geometry.linkage.counterweights.size(); ++i) {
       const int number = geometry.linkage.counterweights[i].mass_number;
-      value += number >= 0 ? x[number] : point.corner_masses[i].sum();
+      value += number >= 0 ? x[number] : point.masses.mass(i);
     }
     if (!(value < result_.best)) return true;
     result_.best = value;
@@ -506,10 +532,14 @@ class Tree {
     return true;
   }
 
-  void place_counterweight(const FreeCounterweight& counterweight, const VectorX& masses, VectorX& x) const {
+  /// @param index of the counterweight
+  void place_counterweight(const FreeCounterweight& counterweight, std::size_t index, const BoxBound& point,
+                           VectorX& x) const {
+    const VectorX& masses = point.corner_masses[index];
     const double mass = masses.sum();
     if (counterweight.mass_number >= 0) x[counterweight.mass_number] = mass;
     if (mass <= 0) return;
+    if (!point.places.empty()) return;  // it has been placed
     // corners: x first, then y
     const bool has_two_y = counterweight.place_numbers[1] >= 0;
     VectorX high = VectorX::Zero(2);
@@ -535,11 +565,16 @@ class Tree {
     }
     int widest = -1, branching_length = -1;
     double width = 0, conflict = 0;
-    for (const int length : programs_of(node).conditional.lengths()) {
+    std::vector<int> numbers = programs_of(node).conditional.lengths();
+    const std::size_t lengths = numbers.size();
+    const std::vector<int>& places = programs_of(node).conditional.places();
+    numbers.insert(numbers.end(), places.begin(), places.end());
+    for (std::size_t n = 0; n < numbers.size(); ++n) {
+      const int length = numbers[n];
       const double whole = geometry.box.upper[length] - geometry.box.lower[length];
       const double relative = whole > 0 ? (node.box.upper[length] - node.box.lower[length]) / whole : 0;
       if (relative < min_relative_width) continue;
-      if (relative > width) width = relative, widest = length;
+      if (n < lengths && relative > width) width = relative, widest = length;
       const double both = std::min(node.conflict(length, 0), node.conflict(length, 1));
       if (both > conflict) conflict = both, branching_length = length;
     }

@@ -56,8 +56,9 @@ struct LengthCertificate {
 };
 
 struct LengthBound {
-  std::string reason;      ///< empty: there is a bound; else completes "no certificate because …"
-  double lower_bound = 0;  ///< no answer is lighter [kg], whatever the least number is; infinite: there is none at all
+  std::string reason;       ///< empty: there is a bound; else completes "no certificate because …"
+  std::string unit = "kg";  ///< of bound and best; empty: a sum of several
+  double lower_bound = 0;   ///< no answer is lighter [kg], whatever the least number is; infinite: there is none at all
   double best = std::numeric_limits<double>::infinity();  ///< value of `design`
   VectorX design;                                         ///< all free numbers; empty: none found
   /// If as few elements as possible are asked for: the number for which bound and design are, and whether it is proved
@@ -68,6 +69,7 @@ struct LengthBound {
   std::vector<std::string> uncovered;   ///< geometries within the bounds to which it does not apply
   /// Names of the trajectories that restrict the lengths: it applies where they can be followed.
   std::vector<std::string> trajectories;
+  std::vector<std::string> remarks;           ///< further sentences about what it covers
   long nodes = 0;                             ///< boxes bounded
   std::vector<LengthBoundProgress> progress;  ///< where bound or best design changed, and at the end
   /// If asked for, of boxes that cover all lengths that meet the geometries' conditions.

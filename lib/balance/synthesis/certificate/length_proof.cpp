@@ -8,7 +8,7 @@
 namespace balance::certificate {
 namespace {
 
-/// w = 0 and σ = the lower mass limits.
+/// w = 0 and σ = the lower mass limits; of inertias, zero.
 BoxCertificate make_trivial_certificate(const LengthGeometry& geometry) {
   BoxCertificate result;
   result.mass_limits = list_mass_limits(geometry.linkage);
@@ -17,6 +17,10 @@ BoxCertificate make_trivial_certificate(const LengthGeometry& geometry) {
   for (const FreeCounterweight& counterweight : geometry.linkage.counterweights) {
     result.limit_index.push_back(counterweight.lower > 0 ? static_cast<int>(limits.size()) : -1);
     if (counterweight.lower > 0) limits.push_back(counterweight.lower);
+  }
+  for (std::size_t i = 0; i < geometry.linkage.inertias.size(); ++i) {
+    result.limit_index.push_back(static_cast<int>(limits.size()));
+    limits.push_back(0);
   }
   result.multipliers = MatrixX::Zero(1, result.unknowns + static_cast<Eigen::Index>(limits.size()));
   for (std::size_t i = 0; i < limits.size(); ++i)

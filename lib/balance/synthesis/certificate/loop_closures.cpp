@@ -29,6 +29,12 @@ Coefficient unit_vector(double angle) { return {elementary::cos(angle), elementa
 
 bool requires_force_balance(const Goal& goal) { return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic; }
 
+template <class Predicate>
+bool has_goal(const DesignSpace& space, const Predicate& is_wanted) {
+  const std::vector<Goal>& goals = space.start.design.goals;
+  return std::any_of(goals.begin(), goals.end(), is_wanted);
+}
+
 /// Static efforts vanish in the same mechanisms as shaking forces if all coordinates are actuated, there is gravity and
 /// nothing else but masses asks for efforts.
 void check_statics(const MechanismOf<Expression>& mechanism) {
@@ -45,11 +51,10 @@ void check_request(const DesignSpace& space) {
   const study::DesignRequest& request = space.start.design;
   const MechanismOf<Expression>& mechanism = space.recording->mechanism;
   if (mechanism.space != SpaceKind::planar) throw NotPolynomial("the mechanism is not planar");
-  const bool is_force = std::any_of(request.goals.begin(), request.goals.end(), requires_force_balance);
-  const bool is_static = std::any_of(request.goals.begin(), request.goals.end(),
-                                     [](const Goal& goal) { return goal.kind == GoalKind::statics; });
-  if (!is_force && !is_static) throw NotPolynomial("the goals require neither balanced forces nor balanced statics");
-  if (!is_force) check_statics(mechanism);
+  const bool is_force = has_goal(space, requires_force_balance);
+  if (!is_force && !requires_force_or_static_balance(space) && !requires_moment_balance(space))
+    throw NotPolynomial("the goals require neither balanced forces nor balanced statics or moments");
+  if (!is_force && requires_force_or_static_balance(space)) check_statics(mechanism);
   if (request.minimize.size() != 1 || request.front ||
       (request.minimize[0].size != ObjectiveTerm::Size::added_mass &&
        request.minimize[0].size != ObjectiveTerm::Size::total_mass) ||
@@ -81,8 +86,7 @@ int find_plain_variable(const LengthPolynomial& p) {
 
 /// Whether forces of the ground's slides count only along gravity.
 bool counts_statics_alone(const DesignSpace& space) {
-  const std::vector<Goal>& goals = space.start.design.goals;
-  return std::none_of(goals.begin(), goals.end(), requires_force_balance);
+  return requires_force_or_static_balance(space) && !has_goal(space, requires_force_balance);
 }
 
 bool lets_turn(JointType type) { return type == JointType::revolute || type == JointType::pin_slot; }
@@ -97,7 +101,7 @@ struct GearEquations {
 
 class LinkageReader {
  public:
-  LinkageReader(const DesignSpace& space, const LengthSubstitution& substitution)
+  LinkageReader(const DesignSpace& space, const LengthSubstitution& substitution, bool has_moments)
       : space_(space),
         mechanism_(space.recording->mechanism),
         variables_(static_cast<int>(space.start.free_numbers.size())) {
@@ -109,10 +113,16 @@ class LinkageReader {
           replaced == substitution.end() ? LengthPolynomial::variable(variables_, i) : replaced->second;
     }
     values_ = evaluate_polynomials(space.recording->graph, variables_, inputs);
+    linkage_.balances_forces = requires_force_or_static_balance(space);
+    linkage_.balances_moments = has_moments && requires_moment_balance(space);
+    const Vector3 reference = find_moment_reference(space);
+    linkage_.moment_reference = {reference[0], reference[1]};
   }
 
   PlanarLinkage read() {
     linkage_.variables = variables_;
+    if (!linkage_.balances_forces && !linkage_.balances_moments)
+      throw NotPolynomial("the conditions of moments are not included");
     uses_.assign(static_cast<std::size_t>(variables_), 0);
     if (counts_statics_alone(space_)) linkage_.gravity_direction = find_gravity_direction();
     read_directions();
@@ -122,7 +132,9 @@ class LinkageReader {
     read_tree();
     read_tool();
     read_bodies();
+    if (linkage_.balances_moments) count_spin_uses();
     read_attachments();
+    if (linkage_.balances_moments) read_spins();
     return std::move(linkage_);
   }
 
@@ -516,17 +528,129 @@ class LinkageReader {
     return space_.start.design.minimize.front().size == ObjectiveTerm::Size::total_mass;
   }
 
+  static const Expression& inertia(const Matrix3Of<Expression>& matrix) { return matrix(2, 2); }
+
+  LengthPolynomial inertia_of(const Matrix3Of<Expression>& matrix, const std::string& name) const {
+    return polynomial(inertia(matrix), name + "'s inertia");
+  }
+
+  void count_spin_uses() {
+    if (linkage_.has_gears) throw NotPolynomial("moments of gears are not included");
+    for (std::size_t k = 1; k < mechanism_.bodies.size(); ++k)
+      count_uses(inertia_of(mechanism_.bodies[k].inertia, mechanism_.bodies[k].name));
+    for (const auto& attachment : mechanism_.attachments) count_uses(inertia_of(attachment.inertia, attachment.name));
+    for (const auto& disc : mechanism_.discs) {
+      count_uses(inertia_of(disc.inertia, disc.name));
+      count_uses(polynomial(disc.ratio, disc.name + "'s ratio"));
+      for (const auto& term : disc.follows.terms) count_uses(polynomial(term.ratio, disc.name + "'s ratio"));
+    }
+  }
+
+  VectorSum spin_of(int body, const LengthPolynomial& factor) const {
+    if (direction(body) == 0) return {};
+    return {{direction(body), factor}};
+  }
+
+  /// Rate of a revolute joint's coordinate.
+  VectorSum rate_of(CoordinateId coordinate, const LengthPolynomial& factor) const {
+    const Coordinate& moved = mechanism_.coordinates[static_cast<std::size_t>(coordinate)];
+    const auto& joint = mechanism_.joints[static_cast<std::size_t>(moved.joint)];
+    if (moved.kind == CoordinateKind::length) throw NotPolynomial("a disc follows a slide");
+    const bool is_reversed =
+        joint.type == JointType::revolute && constant(joint.axis[2], "the axis of joint " + joint.name) < 0;
+    const LengthPolynomial forward = is_reversed ? -factor : factor;
+    return spin_of(joint.second, forward) + spin_of(joint.first, -forward);
+  }
+
+  /// Angular velocity of a disc.
+  RatioSpin spin_of(const model::DiscOf<Expression>& disc) {
+    const double axis = constant(disc.axis[2], disc.name + "'s axis");
+    VectorSum follower;
+    for (const auto& term : disc.follows.terms)
+      follower = follower + rate_of(term.coordinate,
+                                    polynomial(term.ratio, disc.name + "'s ratio") * Coefficient(axis < 0 ? -1 : 1));
+    const LengthPolynomial one = LengthPolynomial::constant(variables_, 1);
+    const LengthPolynomial ratio = polynomial(disc.ratio, disc.name + "'s ratio");
+    RatioSpin spin{spin_of(disc.body, one), {}, own_number(ratio)};
+    if (spin.ratio_number >= 0)
+      spin.per_ratio = follower;
+    else
+      spin.constant = spin.constant + follower * ratio;
+    return spin;
+  }
+
+  static RatioSpin scaled(const RatioSpin& spin, const LengthPolynomial& factor) {
+    return {spin.constant * factor, spin.per_ratio * factor, spin.ratio_number};
+  }
+
+  void read_spins() {
+    const LengthPolynomial one = LengthPolynomial::constant(variables_, 1);
+    for (std::size_t k = 1; k < mechanism_.bodies.size(); ++k) {
+      const auto& body = mechanism_.bodies[k];
+      add_spin(body.name, inertia_of(body.inertia, body.name), {spin_of(static_cast<int>(k), one), {}, -1}, nullptr);
+    }
+    for (std::size_t a = 0; a < mechanism_.attachments.size(); ++a) {
+      const auto& attachment = mechanism_.attachments[a];
+      add_spin(attachment.name, inertia_of(attachment.inertia, attachment.name),
+               {spin_of(attachment.body, one), {}, -1}, find_counterweight(static_cast<int>(a), -1));
+    }
+    for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) {
+      const auto& disc = mechanism_.discs[d];
+      add_spin(disc.name, inertia_of(disc.inertia, disc.name), spin_of(disc),
+               find_counterweight(-1, static_cast<int>(d)), static_cast<int>(d));
+    }
+  }
+
+  FreeCounterweight* find_counterweight(int attachment, int disc) {
+    const auto found =
+        std::find_if(linkage_.counterweights.begin(), linkage_.counterweights.end(),
+                     [&](const FreeCounterweight& one) { return one.attachment == attachment && one.disc == disc; });
+    return found == linkage_.counterweights.end() ? nullptr : &*found;
+  }
+
+  /// @param spin angular velocity
+  /// @param counterweight whose inertia it is; null: another's
+  void add_spin(const std::string& name, const LengthPolynomial& inertia, const RatioSpin& spin,
+                FreeCounterweight* counterweight, int disc = -1) {
+    if (spin.constant.empty() && spin.per_ratio.empty()) return;
+    if (counterweight != nullptr && counterweight->mass_number >= 0 &&
+        inertia.has_variable(counterweight->mass_number)) {
+      const auto per_mass = inertia.divide(LengthPolynomial::variable(variables_, counterweight->mass_number));
+      if (!per_mass || per_mass->has_variable(counterweight->mass_number))
+        throw NotPolynomial("the inertia of " + name + " is not in proportion to its mass");
+      counterweight->spin = scaled(spin, *per_mass);
+      return;
+    }
+    FreeInertia added;
+    added.name = name;
+    added.disc = disc;
+    added.number = own_number(inertia);
+    if (added.number < 0 && spin.ratio_number < 0) {
+      linkage_.fixed_spin = linkage_.fixed_spin + spin.constant * inertia;
+      return;
+    }
+    added.spin = added.number < 0 ? scaled(spin, inertia) : spin;
+    // an element that may be left out has none then
+    const bool may_vanish = !space_.start.design.cardinality.empty();
+    added.lower = added.number < 0 ? 1 : may_vanish ? 0 : free_number(added.number).lower;
+    added.upper = added.number < 0 ? 1 : free_number(added.number).upper;
+    if (!(added.lower >= 0)) throw NotPolynomial("the inertia of " + name + " may be negative");
+    linkage_.inertias.push_back(std::move(added));
+  }
+
   /// A counterweight, payload or disc.
   struct PointMass {
     LengthPolynomial mass;
     std::array<LengthPolynomial, 2> place;
+    LengthPolynomial inertia;  ///< zero if moments do not count
   };
 
   template <class Carried>
   PointMass read_point_mass(const Carried& carried) {
     PointMass read{polynomial(carried.mass, carried.name + "'s mass"),
                    {polynomial(carried.position[0], carried.name + "'s place"),
-                    polynomial(carried.position[1], carried.name + "'s place")}};
+                    polynomial(carried.position[1], carried.name + "'s place")},
+                   linkage_.balances_moments ? inertia_of(carried.inertia, carried.name) : LengthPolynomial()};
     count_uses(read.mass);
     for (const auto& coordinate : read.place) count_uses(coordinate);
     return read;
@@ -559,6 +683,13 @@ class LinkageReader {
     return number >= 0 && uses_[static_cast<std::size_t>(number)] == 1 ? number : -1;
   }
 
+  /// The free number that is its mass, if nothing else depends on it but its inertia.
+  int own_mass(const PointMass& read) const {
+    const int number = find_plain_variable(read.mass);
+    if (number < 0 || !read.inertia.has_variable(number)) return own_number(read.mass);
+    return uses_[static_cast<std::size_t>(number)] == 2 ? number : -1;
+  }
+
   /// One with sizes is bounded like a length.
   int own_coordinate(const LengthPolynomial& p) {
     const int number = own_number(p);
@@ -570,9 +701,10 @@ class LinkageReader {
   const FreeNumber& free_number(int index) const { return space_.start.free_numbers[static_cast<std::size_t>(index)]; }
 
   void add_point_mass(FreeCounterweight counterweight, const PointMass& read, bool is_counterweight) {
-    const auto& [mass, place] = read;
+    const LengthPolynomial& mass = read.mass;
+    const auto& place = read.place;
     if (counterweight.body == model::ground && counterweight.disc < 0) return;
-    const int mass_number = own_number(mass);
+    const int mass_number = own_mass(read);
     const std::array<int, 2> place_numbers{own_coordinate(place[0]), own_coordinate(place[1])};
     const auto constant_mass = mass.constant_value();
     if (mass_number < 0 && (!constant_mass || (place_numbers[0] < 0 && place_numbers[1] < 0))) {
@@ -595,6 +727,10 @@ class LinkageReader {
         for (const double end : {free_number(number).lower, free_number(number).upper})
           ends[i].push_back(LengthPolynomial::constant(variables_, end));
     }
+    const LengthPolynomial zero, x0 = place_numbers[0] < 0 ? place[0] : zero,
+                                 y0 = place_numbers[1] < 0 ? place[1] : zero;
+    counterweight.origin = turned(counterweight.body,
+                                  x0 + y0 * imaginary_unit - references_[static_cast<std::size_t>(counterweight.body)]);
     for (const auto& x : ends[0])
       for (const auto& y : ends[1])
         counterweight.corners.push_back(turned(
@@ -626,6 +762,16 @@ VectorSum operator*(const VectorSum& sum, const LengthPolynomial& factor) {
   return product;
 }
 
+std::vector<int> list_free_ratios(const PlanarLinkage& linkage) {
+  std::vector<int> numbers;
+  const auto add = [&](const RatioSpin& spin) {
+    if (spin.ratio_number >= 0) numbers.push_back(spin.ratio_number);
+  };
+  for (const FreeCounterweight& counterweight : linkage.counterweights) add(counterweight.spin);
+  for (const FreeInertia& inertia : linkage.inertias) add(inertia.spin);
+  return numbers;
+}
+
 bool has_free_lengths(const PlanarLinkage& linkage) {
   const auto varies = [&](const LengthPolynomial& p) {
     for (int number = 0; number < linkage.variables; ++number)
@@ -648,11 +794,25 @@ bool has_free_lengths(const PlanarLinkage& linkage) {
                      });
 }
 
-LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution) {
+bool requires_moment_balance(const DesignSpace& space) {
+  return has_goal(space,
+                  [](const Goal& goal) { return goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic; });
+}
+
+Vector3 find_moment_reference(const DesignSpace& space) {
+  return space.start.trajectories.empty() ? Vector3::Zero().eval() : space.start.trajectories.front().about;
+}
+
+bool requires_force_or_static_balance(const DesignSpace& space) {
+  return has_goal(space,
+                  [](const Goal& goal) { return requires_force_balance(goal) || goal.kind == GoalKind::statics; });
+}
+
+LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution, bool has_moments) {
   try {
     if (!space.recording) return {{}, "the mechanism has no free numbers"};
     check_request(space);
-    return {LinkageReader(space, substitution).read(), {}};
+    return {LinkageReader(space, substitution, has_moments).read(), {}};
   } catch (const NotPolynomial& reason) {
     return {{}, reason.what()};
   }

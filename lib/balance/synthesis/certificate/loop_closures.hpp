@@ -56,6 +56,22 @@ struct CarriedMass {
   LengthPolynomial mass;   ///< [kg]
 };
 
+/// An angular velocity Σ_k factor_k θ̇_k over the angles of directions, with a ratio that may be free:
+/// constant + ratio · per_ratio. The sums are over vectors, of which only directions occur.
+struct RatioSpin {
+  VectorSum constant, per_ratio;
+  int ratio_number = -1;  ///< free number that is the ratio; −1: there is none
+};
+
+/// A moment of inertia between bounds, of a body or a disc; also a given one in a free ratio.
+struct FreeInertia {
+  std::string name;
+  double lower = 0, upper = 0;
+  int number = -1;  ///< free number that it is; −1: it is given, and its value is in the spin
+  int disc = -1;    ///< into Mechanism::discs; −1: it is another's
+  RatioSpin spin;   ///< angular momentum per unit and angular velocity
+};
+
 /// A counterweight or disc whose mass lies between bounds, at a point of a box (or an interval, or a fixed point).
 struct FreeCounterweight {
   int attachment = -1;  ///< into Mechanism::attachments; −1: it is a disc
@@ -66,6 +82,8 @@ struct FreeCounterweight {
   double lower = 0, upper = 0;               ///< of its mass [kg]
   int mass_number = -1;                      ///< free number that is its mass; −1: the mass is fixed
   std::array<int, 2> place_numbers{-1, -1};  ///< free numbers that are its coordinates; −1: none
+  LengthPolynomial origin;                   ///< its place where these coordinates are zero, as the corners
+  RatioSpin spin;                            ///< of an inertia in proportion to the mass, per unit of mass [m²]
 };
 
 struct PlanarLinkage {
@@ -90,7 +108,15 @@ struct PlanarLinkage {
   std::vector<FreeCounterweight> counterweights;
   std::vector<int> sized_places;  ///< free numbers that are coordinates of counterweights, with sizes
   LengthPolynomial fixed_size;    ///< what the objective counts besides the free counterweights [kg]
+  bool balances_forces = true;    ///< or statics, by gravity_direction
+  bool balances_moments = false;  ///< what follows is empty otherwise
+  LengthPolynomial::Coefficient moment_reference = 0;  ///< in the ground's axes [m]
+  std::vector<FreeInertia> inertias;
+  VectorSum fixed_spin;  ///< Σ inertia · angular velocity of what has a given inertia [kg m²]
 };
+
+/// Free numbers that are ratios of discs on their own.
+std::vector<int> list_free_ratios(const PlanarLinkage& linkage);
 
 /// Whether closures, masses or places depend on any free number, except coordinates of counterweights that have sizes.
 bool has_free_lengths(const PlanarLinkage& linkage);
@@ -106,7 +132,16 @@ inline constexpr std::size_t max_combined_closures = 4;
 /// Free numbers that are replaced by polynomials of the others.
 using LengthSubstitution = std::map<int, LengthPolynomial>;
 
-/// The linkage of a design that asks for balanced forces or statics and minimises the added or the total mass.
-LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution = {});
+/// Whether the goals of a design require that shaking moments vanish.
+bool requires_moment_balance(const DesignSpace& space);
+/// The point that moments are about: that of the first trajectory, in the world [m].
+Vector3 find_moment_reference(const DesignSpace& space);
+/// Whether they require that forces or static efforts vanish.
+bool requires_force_or_static_balance(const DesignSpace& space);
+
+/// The linkage of a design that asks for balanced forces, statics or moments and minimises the added or the total mass.
+/// @param has_moments whether the conditions of moments are included, if the goals require them
+LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution = {},
+                            bool has_moments = false);
 
 }  // namespace balance::certificate

@@ -47,6 +47,10 @@ class GeometryFinder {
       return std::move(result_);
     }
     for (unsigned set = 1; set < (1U << loops_.size()); ++set) add_geometry(set);
+    if (linkage_.balances_moments) {
+      for (const FourLinkLoop& loop : loops_) add_kites(loop);
+      note_moment_geometries();
+    }
     note_other_geometries();
     note_vanishing_links();
     return std::move(result_);
@@ -240,6 +244,44 @@ class GeometryFinder {
       if (!is_replaced[j]) closures.push_back(linkage_.closures[j]);
     geometry.closures = std::move(closures);
     result_.geometries.push_back(std::move(geometry));
+  }
+
+  /// With the closures of general lengths, but other conditions of moments.
+  void add_kites(const FourLinkLoop& loop) {
+    const auto [a, c] = loop.pairs[0];
+    const auto [b, d] = loop.pairs[1];
+    for (const auto& pairs :
+         {std::array{std::array{a, b}, std::array{c, d}}, std::array{std::array{b, c}, std::array{d, a}}}) {
+      SpecialGeometry geometry;
+      geometry.box = box_;
+      geometry.closures = linkage_.closures;
+      geometry.name = loop_name(loop) + " as a kite";
+      const bool is_possible = std::all_of(pairs.begin(), pairs.end(), [&](const std::array<int, 2>& pair) {
+        return make_equal(loop.sides.at(pair[0]), loop.sides.at(pair[1]), geometry) != Equality::impossible;
+      });
+      if (!is_possible || (geometry.box.lower.array() > geometry.box.upper.array()).any()) continue;
+      if (linkage_.closures.size() > 1)
+        note(std::move(geometry.name));  // together with other loops
+      else
+        result_.geometries.push_back(std::move(geometry));
+    }
+  }
+
+  /// Where it is not shown that all lengths have the same conditions.
+  void note_moment_geometries() {
+    const bool has_slides = std::any_of(linkage_.vectors.begin(), linkage_.vectors.end(),
+                                        [](const MovingVector& vector) { return vector.slides_along >= 0; });
+    if (!has_slides || linkage_.loops == 0) return;
+    if (linkage_.loops == 1 && linkage_.closures.size() == 1) {
+      const VectorSum& links = linkage_.closures[0].links;
+      const auto is_slide = [&](const auto& link) { return slides_along(link.first) >= 0; };
+      const auto is_ground_slide = [&](const auto& link) { return slides_along(link.first) == 0; };
+      const auto slides = std::count_if(links.begin(), links.end(), is_slide);
+      if (slides == 1 && std::any_of(links.begin(), links.end(), is_ground_slide) &&
+          (links.size() == 3 || links.size() == 4))
+        return;  // as its forces
+    }
+    note("special geometries of moments");
   }
 
   static LoopClosure split(const FourLinkLoop& loop, const std::array<int, 2>& pair) {

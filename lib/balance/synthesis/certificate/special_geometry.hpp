@@ -16,6 +16,14 @@
 /// crank's pin reaches. With a further link, the surface of possible directions is irreducible, and no such relation
 /// contains it. Two slides of the ground follow from any directions of the links by linear equations.
 
+/// Moments: the angular momentum is a sum of forms A_uv (virtual_linkage.hpp). On a four-bar's curve F(e₁, e₂) = 0, a
+/// Laurent polynomial whose Newton polygon is a hexagon, such a sum that vanishes is a multiple F · Q, and Q has the same
+/// polygon; comparing coefficients from the vertices inwards leaves Q = 0 and no sum but those that the closure implies.
+/// So all lengths with an irreducible F have the same conditions. F is reducible where two pairs of sides are equal: in
+/// parallelograms and kites, whose lengths are bounded by their forces alone. In a slider-crank the coefficients leave
+/// only equal lengths in line with the slide, as above. A further link, held still, makes a loop of five links a four-bar
+/// with another ground: the same for all its lengths.
+
 #include "balance/synthesis/certificate/assembly_conditions.hpp"
 #include "balance/synthesis/certificate/loop_closures.hpp"
 

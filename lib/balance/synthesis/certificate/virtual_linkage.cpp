@@ -1,6 +1,7 @@
 #include "balance/synthesis/certificate/virtual_linkage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 namespace balance::certificate {
@@ -21,19 +22,17 @@ class VirtualLinkageBuilder {
   VirtualLinkageResult build() {
     if (!choose_pivots()) return {{}, "a loop has no link of its own whose length cannot vanish"};
     choose_scales();
-    introduce_unknowns();
-    solve_closures();
+    if (linkage_.balances_forces) {
+      introduce_unknowns();
+      solve_closures();
+    }
+    if (linkage_.balances_moments) introduce_form();
     VirtualLinkage result;
     result.unknowns = unknowns_;
-    for (const FreeCounterweight& counterweight : linkage_.counterweights) {
-      auto& corners = result.corners.emplace_back();
-      for (const LengthPolynomial& corner : counterweight.corners)
-        corners.push_back(scale_height(position(counterweight.body, corner)));
-    }
-    VectorSum moments;
-    for (const CarriedMass& carried : linkage_.masses)
-      moments = moments + position(carried.body, carried.place) * carried.mass;
-    result.fixed_masses = scale_height(moments);
+    if (linkage_.balances_moments)
+      place_heights(result);
+    else
+      list_corner_heights(result);
     result.fixed_size = linkage_.fixed_size.real() * result.fixed_masses.scale;
     for (std::size_t k = 1; k < vectors_; ++k) result.positive.push_back(scales_[k]);
     for (const LengthPolynomial& divisor : linkage_.divisors) {
@@ -45,6 +44,187 @@ class VirtualLinkageBuilder {
   }
 
  private:
+  void list_corner_heights(VirtualLinkage& result) const {
+    for (const FreeCounterweight& counterweight : linkage_.counterweights) {
+      auto& corners = result.corners.emplace_back();
+      for (const LengthPolynomial& corner : counterweight.corners)
+        corners.push_back(scale_height(position(counterweight.body, corner)));
+    }
+    result.fixed_masses = scale_height(sum_fixed_masses());
+  }
+
+  VectorSum sum_fixed_masses() const {
+    VectorSum moments;
+    for (const CarriedMass& carried : linkage_.masses)
+      moments = moments + position(carried.body, carried.place) * carried.mass;
+    return moments;
+  }
+
+  void place_heights(VirtualLinkage& result) const {
+    for (const FreeCounterweight& counterweight : linkage_.counterweights)
+      result.placed.push_back(place_height(counterweight));
+    for (const FreeInertia& inertia : linkage_.inertias) {
+      MomentTerms terms;
+      add_spin(inertia.spin, terms);
+      result.inertias.push_back(scale_height({}, terms));
+    }
+    MomentTerms terms;
+    for (const CarriedMass& carried : linkage_.masses)
+      terms.push_back({PlacedHeight::constant, position(carried.body, carried.place),
+                       position(carried.body, carried.place), carried.mass});
+    add_spin({linkage_.fixed_spin, {}, -1}, terms);
+    const PlacedHeight fixed = scale_height({{PlacedHeight::constant, sum_fixed_masses()}}, terms);
+    result.fixed_masses = {fixed.scale, fixed.coefficients[PlacedHeight::constant]};
+  }
+
+  PlacedHeight place_height(const FreeCounterweight& counterweight) const {
+    const auto k = static_cast<std::size_t>(counterweight.body);
+    const int direction = linkage_.directions[k];
+    const VectorSum origin = position(counterweight.body, counterweight.origin);
+    const VectorSum x{{direction, constant(linkage_.turns[k])}},
+        y{{direction, constant(linkage_.turns[k] * imaginary_unit)}};
+    ForceTerms forces{{PlacedHeight::constant, origin}};
+    MomentTerms moments{{PlacedHeight::constant, origin, origin, one()}};
+    const std::array<std::pair<std::size_t, VectorSum>, 2> axes{{{PlacedHeight::x, x}, {PlacedHeight::y, y}}};
+    bool is_free = false;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (counterweight.place_numbers[i] < 0) continue;
+      forces.emplace_back(axes[i]);
+      moments.push_back({axes[i].first, origin, axes[i].second, constant(2)});
+      is_free = true;
+    }
+    if (is_free) moments.push_back({PlacedHeight::square, x, x, one()});
+    add_spin(counterweight.spin, moments);
+    return scale_height(forces, moments);
+  }
+
+  /// f · Σ_k coefficient_k η_k.
+  using ForceTerms = std::vector<std::pair<std::size_t, VectorSum>>;
+  /// f · factor · Re Σ_uv ā_u b_v G_uv.
+  struct MomentTerm {
+    std::size_t function = PlacedHeight::constant;
+    VectorSum a, b;
+    LengthPolynomial factor;
+  };
+  using MomentTerms = std::vector<MomentTerm>;
+
+  void add_spin(const RatioSpin& spin, MomentTerms& terms) const {
+    for (const auto& [function, sum] :
+         {std::pair{PlacedHeight::constant, &spin.constant}, std::pair{PlacedHeight::ratio, &spin.per_ratio}})
+      for (const auto& [vector, factor] : *sum) {
+        const VectorSum direction{{vector, one()}};
+        if (!factor.is_zero()) terms.push_back({function, direction, direction, factor});
+      }
+  }
+
+  bool is_real(int vector) const {
+    return vector == 0 || linkage_.vectors[static_cast<std::size_t>(vector)].slides_along == 0;
+  }
+  bool is_pivot(int vector) const { return std::find(pivots_.begin(), pivots_.end(), vector) != pivots_.end(); }
+
+  /// A real and an imaginary part per pair of vectors that are no pivots, as far as they are free.
+  void introduce_form() {
+    for (int u = 0; u < static_cast<int>(vectors_); ++u)
+      for (int v = u; v < static_cast<int>(vectors_); ++v) {
+        if (is_pivot(u) || is_pivot(v)) continue;
+        const bool has_real = !(is_real(u) && is_real(v)), has_imaginary = u != v;
+        const int first = unknowns_;
+        unknowns_ += (has_real ? 1 : 0) + (has_imaginary ? 1 : 0);
+        form_[{u, v}] = {has_real ? first : -1, has_imaginary ? unknowns_ - 1 : -1};
+      }
+  }
+
+  /// Replaces the pivots of all sums by the other vectors. @return the length by which the sums have been multiplied
+  LengthPolynomial eliminate_pivots(std::vector<VectorSum>& sums) const {
+    LengthPolynomial denominator = one();
+    for (auto j = order_.rbegin(); j != order_.rend(); ++j) {
+      const int pivot = pivots_[*j];
+      const PolarForm& form = pivot_forms_[*j];
+      const bool is_divisible = std::all_of(sums.begin(), sums.end(), [&](const VectorSum& sum) {
+        return sum.count(pivot) == 0 || sum.at(pivot).divide(form.size);
+      });
+      const LengthPolynomial factor = is_divisible ? one() : form.size;
+      denominator = denominator * factor;
+      for (VectorSum& sum : sums) {
+        sum = sum * factor;
+        const auto found = sum.find(pivot);
+        if (found == sum.end()) continue;
+        const LengthPolynomial quotient = *found->second.divide(form.size) * (-std::conj(form.unit));
+        sum.erase(found);
+        for (const auto& [vector, link] : linkage_.closures[*j].links)
+          if (vector != pivot) sum[vector] += link * quotient;
+        sum[0] += linkage_.closures[*j].ground * quotient;
+      }
+    }
+    return denominator;
+  }
+
+  /// The sums in the unknowns W: divided by the vectors' lengths, and multiplied by a common length.
+  LengthPolynomial divide_by_scales(std::vector<VectorSum>& sums) const {
+    LengthPolynomial factor = eliminate_pivots(sums), extra = one();
+    for (const VectorSum& sum : sums)
+      for (const auto& [vector, coefficient] : sum) {
+        const LengthPolynomial& scale = form_scales_[static_cast<std::size_t>(vector)];
+        if (!(coefficient * extra).divide(scale)) extra = extra * scale;
+      }
+    for (VectorSum& sum : sums)
+      for (auto& [vector, coefficient] : sum)
+        coefficient = *(coefficient * extra).divide(form_scales_[static_cast<std::size_t>(vector)]);
+    return factor * extra;
+  }
+
+  /// Adds factor · Re Σ_uv ā_u b_v W_uv.
+  void add_form(const VectorSum& a, const VectorSum& b, const LengthPolynomial& factor,
+                std::vector<LengthPolynomial>& coefficients) const {
+    const auto at = [](const VectorSum& sum, int vector) {
+      const auto found = sum.find(vector);
+      return found == sum.end() ? LengthPolynomial() : found->second;
+    };
+    for (const auto& [pair, unknowns] : form_) {
+      const auto& [u, v] = pair;
+      LengthPolynomial product = at(a, u).conjugate() * at(b, v);
+      if (u != v) product += at(a, v) * at(b, u).conjugate();
+      product = product * factor;
+      if (unknowns[0] >= 0) coefficients[static_cast<std::size_t>(unknowns[0])] += product.real();
+      if (unknowns[1] >= 0) coefficients[static_cast<std::size_t>(unknowns[1])] += (product * imaginary_unit).real();
+    }
+  }
+
+  PlacedHeight scale_height(const ForceTerms& forces, const MomentTerms& moments) const {
+    std::vector<VectorSum> sums;
+    for (const MomentTerm& term : moments) {
+      sums.push_back(term.a);
+      sums.push_back(term.b);
+    }
+    const LengthPolynomial root = divide_by_scales(sums);
+    PlacedHeight height;
+    height.scale = root * root;
+    LengthPolynomial extra = one();
+    if (linkage_.balances_forces)
+      for (const auto& [function, sum] : forces)
+        for (const auto& [vector, coefficient] : sum)
+          if (const auto k = static_cast<std::size_t>(vector);
+              k > 0 && !(coefficient * height.scale * extra).divide(scales_[k]))
+            extra = extra * scales_[k];
+    height.scale = height.scale * extra;
+    const auto of = [&](std::size_t function) -> std::vector<LengthPolynomial>& {
+      height.coefficients[function].resize(static_cast<std::size_t>(unknowns_));
+      return height.coefficients[function];
+    };
+    for (std::size_t i = 0; i < moments.size(); ++i)
+      add_form(sums[2 * i], sums[2 * i + 1], moments[i].factor * extra, of(moments[i].function));
+    if (linkage_.balances_forces)
+      for (const auto& [function, sum] : forces)
+        for (const auto& [vector, coefficient] : sum) {
+          const auto k = static_cast<std::size_t>(vector);
+          if (k == 0) continue;
+          const LengthPolynomial quotient = *(coefficient * height.scale).divide(scales_[k]);
+          for (const auto& [unknown, solution] : solutions_[k])
+            of(function)[static_cast<std::size_t>(unknown)] += (solution * quotient).real();
+        }
+    return height;
+  }
+
   LengthPolynomial constant(LengthPolynomial::Coefficient value) const {
     return LengthPolynomial::constant(linkage_.variables, value);
   }
@@ -52,7 +232,8 @@ class VirtualLinkageBuilder {
 
   VectorSum position(int body, const LengthPolynomial& place) const {
     const auto k = static_cast<std::size_t>(body);
-    return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}};
+    const VectorSum reference{{0, constant(-linkage_.moment_reference)}};
+    return linkage_.tree_joints[k] + VectorSum{{linkage_.directions[k], place}} + reference;
   }
 
   /// With a size that is positive on the box; none if it may vanish.
@@ -82,7 +263,7 @@ class VirtualLinkageBuilder {
 
   /// A closure of a half unknown must be real.
   bool can_be_pivot(int vector, const LoopClosure& closure) const {
-    if (is_opposite(vector)) return false;
+    if (is_opposite(vector) || (linkage_.balances_moments && is_real(vector))) return false;
     const auto is_real_half = [&](const auto& link) {
       return is_half(link.first) && (link.second - link.second.real()).is_zero();
     };
@@ -136,6 +317,7 @@ class VirtualLinkageBuilder {
     return {linkage_.joint_places[k].size() != 1, -static_cast<int>(joint.size() - joint.count(0)), vector};
   }
 
+  /// Before closures are solved, which multiplies the pivots' ones.
   void choose_scales() {
     scales_.assign(vectors_, one());
     for (std::size_t k = 1; k < vectors_; ++k)
@@ -145,6 +327,7 @@ class VirtualLinkageBuilder {
       }
     for (std::size_t j = 0; j < pivots_.size(); ++j)
       scales_[static_cast<std::size_t>(pivots_[j])] = pivot_forms_[j].size;
+    form_scales_ = scales_;
   }
 
   void introduce_unknowns() {
@@ -214,9 +397,11 @@ class VirtualLinkageBuilder {
   int unknowns_ = 0;
   std::vector<int> pivots_;  ///< per closure: the vector it is solved for
   std::vector<PolarForm> pivot_forms_;
-  std::vector<std::size_t> order_;        ///< in which the closures are solved
-  std::vector<LengthPolynomial> scales_;  ///< per vector: s_k
-  std::vector<UnknownSum> solutions_;     ///< per vector: its w
+  std::vector<std::size_t> order_;                         ///< in which the closures are solved
+  std::vector<LengthPolynomial> scales_;                   ///< per vector: s_k
+  std::vector<UnknownSum> solutions_;                      ///< per vector: its w
+  std::vector<LengthPolynomial> form_scales_;              ///< per vector that is no pivot: s_k
+  std::map<std::array<int, 2>, std::array<int, 2>> form_;  ///< per pair of vectors: the parts of W, −1: zero
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
+#include "balance/synthesis/design/figure_bound_search.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <fmt/format.h>
@@ -56,7 +57,9 @@ DesignSpace requested_space(const DesignSpace& space, const DesignStudyOptions& 
 std::string find_obstacle(const DesignSpace& requested, const DesignStudyOptions& options) {
   if (options.is_modular) return "the conditions are those of the modular strategy";
   if (!options.excluded.empty()) return "parts of the mechanism are left out";
-  const certificate::LinkageReading reading = certificate::read_linkage(requested);
+  // moments count where nothing else does: they need more than forces do
+  const certificate::LinkageReading reading =
+      certificate::read_linkage(requested, {}, !certificate::requires_force_or_static_balance(requested));
   if (reading.linkage && !certificate::has_free_lengths(*reading.linkage)) return no_free_length;
   return reading.reason;
 }
@@ -346,6 +349,9 @@ DesignOutcome solve_with_length_bound(const DesignSpace& space, const DesignStud
     if (found.reason.empty() && !apply_bound(problem, found, required, outcome))
       found.reason = "a design was found that is lighter than its bound";
     if (std::string note = search.find_other_mode(outcome); !note.empty()) outcome.notes.push_back(std::move(note));
+  } else if (!options.is_modular && options.excluded.empty() &&
+             minimises_motion_figures(requested.start.design.minimize)) {
+    outcome = solve_with_figure_bound(requested, requested.start.design.minimize, problem, found);
   } else {
     outcome = solve_design(problem);
   }

@@ -303,7 +303,11 @@ class ParetoFrontBuilder {
     if (find_anchors()) figure_count_ == 2 ? fill_curve() : fill_grid();
     drop_dominated();
     if (!front_.points.empty()) update_extents();
-    for (ParetoPoint& point : front_.points) point.optimality = assess_point(point), search_.add_load_cases(point);
+    for (ParetoPoint& point : front_.points) {
+      raise_to_anchor(point);
+      point.optimality = assess_point(point);
+      search_.add_load_cases(point);
+    }
     front_.searches = search_.search_count();
     front_.is_budget_exhausted = search_.is_budget_exhausted();
     return std::move(front_);
@@ -319,7 +323,8 @@ class ParetoFrontBuilder {
       if (!anchor && front_.points.empty()) front_.failure = search_.failure();
       if (!anchor) return false;
       const DesignOutcome& outcome = anchor->report.outcome;
-      front_.anchors.push_back({anchor->values[i], outcome.lower_bound, outcome.optimality});
+      front_.anchors.push_back(
+          {anchor->values[i], outcome.lower_bound, outcome.optimality, anchor->report.length_bound});
       front_.points.push_back(std::move(*anchor));
     }
     update_extents();
@@ -349,6 +354,15 @@ class ParetoFrontBuilder {
     if (proved || point.gap() <= front_gap_tolerance * extent_[point.minimized]) return Optimality::proved_global;
     return point.report.outcome.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
                                                                            : Optimality::local_optimum;
+  }
+
+  /// What holds for all designs holds within the limits, unless these need more elements than are enough without them.
+  void raise_to_anchor(ParetoPoint& point) const {
+    const auto& choices = point.report.cardinality_constraints;
+    if (std::any_of(choices.begin(), choices.end(), [](const auto& choice) { return choice.max_count < 0; })) return;
+    const auto j = static_cast<std::size_t>(point.minimized);
+    if (j < front_.anchors.size() && !(point.lower_bound >= front_.anchors[j].lower_bound))
+      point.lower_bound = front_.anchors[j].lower_bound;
   }
 
   VectorX separation() const { return min_point_separation * extent_; }

@@ -4,6 +4,7 @@
 
 #include "balance/synthesis/design/design_study.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct ParetoPoint {
   VectorX all_cases;    ///< free numbers of all load cases (CaseSpace::numbers); empty: single load
   int minimized = 0;    ///< index of a figure
   VectorX limits;       ///< of each figure [SI]; NaN: none
-  /// Proved lower bound of that figure over all designs within `limits`; NaN if unknown.
+  /// Proved lower bound of that figure over all designs within `limits`; NaN if unknown. A bound over all lengths leaves
+  /// the limits out, which only lowers it.
   double lower_bound = std::numeric_limits<double>::quiet_NaN();
   /// proved_global if the gap is below 1e-5 of the figure's extent over the front; else as reported by the search.
   Optimality optimality = Optimality::not_optimised;
@@ -30,6 +32,7 @@ struct ParetoAnchor {
   double min_value = std::numeric_limits<double>::quiet_NaN();    ///< best value found [SI]
   double lower_bound = std::numeric_limits<double>::quiet_NaN();  ///< for all designs, if proved
   Optimality optimality = Optimality::not_optimised;
+  std::optional<certificate::LengthBound> length_bound;  ///< over all lengths, if there is one; for what it covers
 };
 
 struct ParetoFront {
