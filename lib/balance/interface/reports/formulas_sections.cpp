@@ -92,8 +92,9 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
                                          ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
                                          : "";
   if (view.check.solution_states > 0)
-    text += fmt::format("the solution meets the engine's conditions with {} sets of other numbers: {:.0e}\n",
-                        view.check.solution_states, view.check.solution_error);
+    text +=
+        fmt::format("the solution meets the engine's conditions with {} set{} of other numbers: {:.0e}\n",
+                    view.check.solution_states, view.check.solution_states == 1 ? "" : "s", view.check.solution_error);
   text += fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
   return files::wrap_lines(text, width);
 }
