@@ -303,7 +303,7 @@ TEST_CASE("lengths: with moments, no box has a bound above the least mass at any
   for (const char* spec : {"link_with_disc", "slider_with_discs", "five_with_discs"})
     law.check(read(spec), box_count(), exact_box_count() / 4);
   // moments without forces depend on the point that they are about
-  std::string about = replace_text(disc_text(), "goal: dynamic", "goal: moment");
+  std::string about = replace_text(read_text("four_with_discs"), "goal: dynamic", "goal: moment");
   about = replace_text(about, "drive: joints", "drive: joints, about: [0.05, 0.02]");
   law.check(read_design_space(about, "about.yaml"), box_count(), exact_box_count() / 4);
   MESSAGE(law.compared, " lengths compared, ", law.sharp, " bounds within 0.1 % of the least mass");
