@@ -96,7 +96,7 @@ TEST_CASE("mistakes in what to design for are named") {
        "s.yaml:37:32: design.goal[2]: expected each goal only once, found 'static' again"},
       {"{goal: static,", "{gaol: static,",
        "s.yaml:37:10: design.gaol: unknown key: expected goal, minimize, front, subject_to, choose, "
-       "all_different, search, for, across or adapt, found 'gaol'; nearest is 'goal'"},
+       "all_different, assembly_mode, search, for, across or adapt, found 'gaol'; nearest is 'goal'"},
       {"minimize: added-mass", "minimize: add-mass",
        "s.yaml:37:34: design.minimize: expected what to minimize (added-mass, added-inertia or total-mass, or a figure "
        "along a trajectory such as {rms: torque}), found 'add-mass'; nearest is 'added-mass'"},
