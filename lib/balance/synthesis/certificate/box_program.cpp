@@ -2,6 +2,7 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/foundation/numerics/inequality_program.hpp"
+#include "balance/synthesis/certificate/placed_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -41,129 +42,7 @@ std::vector<LengthPolynomial> list_objective(const VirtualLinkage& dual,
   return all;
 }
 
-/// Bernstein coefficients of the columns from `first` on, multiplied by 1 and by 2t − 1 of each affine length: all with
-/// the same degrees. Blocks of columns in that order.
-struct ExpandedColumns {
-  BernsteinCoefficients plain;   ///< all columns, elevated
-  std::vector<MatrixX> centred;  ///< per affine length: all columns times 2t − 1
-};
-
-ExpandedColumns expand(const BernsteinCoefficients& coefficients, const std::vector<int>& affine) {
-  ExpandedColumns result{coefficients, {}};
-  for (const int length : affine) result.plain.axis(length);
-  const BernsteinCoefficients base = result.plain;
-  for (const int length : affine) result.plain.elevate(result.plain.axis(length));
-  for (const int factor : affine) {
-    BernsteinCoefficients product = base;
-    for (const int length : affine) {
-      const std::size_t axis = product.axis(length);
-      if (length == factor)
-        product.multiply_by_centred(axis);
-      else
-        product.elevate(axis);
-    }
-    result.centred.push_back(std::move(product.values));
-  }
-  return result;
-}
-
-constexpr auto place_functions = static_cast<Eigen::Index>(PlacedHeight::count);
-using FunctionValues = Eigen::Matrix<double, place_functions, 1>;
-
-struct HighestPlaces {
-  VectorX heights;              ///< per Bernstein coefficient
-  std::vector<Vector3> places;  ///< where they are
-};
-
 }  // namespace
-
-/// Heights of a counterweight or an inertia at all places of its box and in all ratios.
-struct BoxProgram::PlacedRows {
-  ExpandedColumns columns;  ///< scale, then the unknowns of each function
-  Eigen::Index unknowns = 0;
-  Vector3 lower = Vector3::Zero(), upper = Vector3::Zero();  ///< x, y, ratio; zero where not free
-  std::array<int, 3> numbers{-1, -1, -1};
-  bool has_square = false;
-
-  static FunctionValues functions(const Vector3& place) {
-    return {1, place[0], place[1], place.head<2>().squaredNorm(), place[2]};
-  }
-
-  std::vector<Vector3> list_corners() const {
-    std::vector<Vector3> corners{lower};
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (lower[i] == upper[i]) continue;
-      const std::size_t count = corners.size();
-      for (std::size_t c = 0; c < count; ++c) {
-        corners.push_back(corners[c]);
-        corners.back()[i] = upper[i];
-      }
-    }
-    return corners;
-  }
-
-  /// The rows at one place, as those of a corner.
-  ExpandedColumns at(const Vector3& place) const {
-    const FunctionValues values = functions(place);
-    const auto combine = [&](const MatrixX& all) {
-      MatrixX combined = MatrixX::Zero(all.rows(), 1 + unknowns);
-      combined.col(0) = all.col(0);
-      for (Eigen::Index f = 0; f < place_functions; ++f)
-        if (values[f] != 0) combined.rightCols(unknowns) += values[f] * all.middleCols(1 + f * unknowns, unknowns);
-      return combined;
-    };
-    ExpandedColumns result{columns.plain, {}};
-    result.plain.values = combine(columns.plain.values);
-    result.plain.magnitudes.resize(1 + unknowns);
-    result.plain.magnitudes << columns.plain.magnitudes[0], magnitudes(values.cwiseAbs());
-    for (const MatrixX& centred : columns.centred) result.centred.push_back(combine(centred));
-    return result;
-  }
-
-  /// Per unknown: bound on absolute terms of the heights at all places.
-  VectorX magnitudes() const {
-    const Vector3 largest = lower.cwiseAbs().cwiseMax(upper.cwiseAbs());
-    return magnitudes(functions(largest));
-  }
-  VectorX magnitudes(const FunctionValues& values) const {
-    VectorX sums = VectorX::Zero(unknowns);
-    for (Eigen::Index f = 0; f < place_functions; ++f)
-      sums += values[f] * columns.plain.magnitudes.segment(1 + f * unknowns, unknowns);
-    return sums;
-  }
-
-  /// Of multipliers w: coefficients × functions, divided by the scale.
-  /// @param w parts × unknowns
-  MatrixX evaluate(const MatrixX& w) const {
-    MatrixX result(columns.plain.values.rows(), place_functions);
-    for (Eigen::Index f = 0; f < place_functions; ++f) {
-      VectorX sum = columns.plain.values.middleCols(1 + f * unknowns, unknowns) * w.row(0).transpose();
-      for (std::size_t part = 0; part < columns.centred.size(); ++part)
-        sum += columns.centred[part].middleCols(1 + f * unknowns, unknowns) *
-               w.row(static_cast<Eigen::Index>(part) + 1).transpose();
-      result.col(f) = sum.cwiseQuotient(columns.plain.values.col(0));
-    }
-    return result;
-  }
-
-  /// A coordinate's part is at most quadratic, so that its largest value is at an end or at its vertex.
-  HighestPlaces find_highest(const MatrixX& w) const {
-    const MatrixX values = evaluate(w);
-    HighestPlaces result{values.col(0), std::vector<Vector3>(static_cast<std::size_t>(values.rows()), lower)};
-    for (Eigen::Index row = 0; row < values.rows(); ++row)
-      for (Eigen::Index i = 0; i < 3; ++i) {
-        if (numbers[static_cast<std::size_t>(i)] < 0) continue;
-        const double slope = values(row, i < 2 ? 1 + i : 4), curvature = i < 2 ? values(row, 3) : 0;
-        const auto height = [&](double at) { return at * (slope + curvature * at); };
-        double best = height(lower[i]) >= height(upper[i]) ? lower[i] : upper[i];
-        if (const double vertex = -slope / (2 * curvature); curvature < 0 && vertex > lower[i] && vertex < upper[i])
-          best = vertex;
-        result.places[static_cast<std::size_t>(row)][i] = best;
-        result.heights[row] += height(best);
-      }
-    return result;
-  }
-};
 
 /// The rows of a box's program, each divided by its scale so that its right-hand side is 1 (0 for signs of σ).
 struct BoxProgram::Assembly {
@@ -603,8 +482,7 @@ std::map<int, double> BoxProgram::list_centres(const BoxBound& bound) const {
   return centres;
 }
 
-std::vector<BoxProgram::PlacedRows> BoxProgram::list_placed_rows(const LengthBox& box,
-                                                                 const std::vector<int>& affine) const {
+std::vector<PlacedRows> BoxProgram::list_placed_rows(const LengthBox& box, const std::vector<int>& affine) const {
   std::vector<PlacedRows> all;
   const bool is_point = affine.empty() && std::all_of(lengths_.begin(), lengths_.end(), [&](int length) {
                           return box.lower[length] == box.upper[length];

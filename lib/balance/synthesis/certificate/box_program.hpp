@@ -63,6 +63,8 @@ struct BoxBound {
 /// Bernstein coefficients of the largest polynomial with moments.
 Eigen::Index count_coefficients(const VirtualLinkage& dual, const std::vector<LengthCondition>& conditions);
 
+struct PlacedRows;
+
 class BoxProgram {
  public:
   /// @param conditions that all lengths of interest meet
@@ -87,7 +89,6 @@ class BoxProgram {
 
  private:
   struct Assembly;
-  struct PlacedRows;
 
   BoxBound solve(const LengthBox& box, const std::vector<int>& affine, const std::vector<MassLimits>& limits) const;
   std::vector<PlacedRows> list_placed_rows(const LengthBox& box, const std::vector<int>& affine) const;
