@@ -34,6 +34,9 @@ struct PlacedRows {
   ExpandedColumns at(const Vector3& place) const;
   /// Per unknown: bound on absolute terms of the heights at all places.
   VectorX magnitudes() const;
+  /// Coefficients × functions of the place, divided by the scale.
+  /// @param w parts × unknowns
+  MatrixX evaluate(const MatrixX& w) const;
   /// Where multipliers make the heights largest. A coordinate's part is at most quadratic, so that its largest value is
   /// at an end or at its vertex.
   /// @param w parts × unknowns
@@ -47,8 +50,6 @@ struct PlacedRows {
     return {1, place[0], place[1], place.head<2>().squaredNorm(), place[2]};
   }
   VectorX magnitudes(const FunctionValues& values) const;
-  /// Coefficients × functions, divided by the scale.
-  MatrixX evaluate(const MatrixX& w) const;
 };
 
 }  // namespace balance::certificate
