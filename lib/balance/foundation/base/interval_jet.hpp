@@ -173,12 +173,14 @@ class IntervalJet {
 
   int variables_ = 0, order_ = 0;
   // Unions are not initialised: most jets have few derivatives, and need not set the others.
+  // NOLINTBEGIN(readability-identifier-naming): private, in spite of the union
   union {
     std::array<Interval, max_variables> gradient_;
   };
   union {
     std::array<Interval, max_variables*(max_variables + 1) / 2> hessian_;  ///< columns of the upper triangle
   };
+  // NOLINTEND(readability-identifier-naming)
 };
 
 }  // namespace balance

@@ -10,6 +10,7 @@
 #include "balance/interface/files/text_table.hpp"
 
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -63,6 +64,14 @@ struct ReportField {
 
 template <class Row>
 using ReportFields = std::vector<ReportField<Row>>;
+
+/// 0, 1, … count − 1: rows that have no type of their own.
+template <class Index>
+std::vector<Index> list_indices(Index count) {
+  std::vector<Index> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), Index{0});
+  return indices;
+}
 
 /// Cells with the unit of the row; the second ones with "1" where there is none.
 inline constexpr auto unit_name = [](const auto&, const DisplayUnit& unit) { return unit.name; };

@@ -15,7 +15,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <ranges>
 #include <span>
 #include <string_view>
 
@@ -139,7 +138,7 @@ void add_conditions(Json& json, const ConditionsReportData& view, const files::R
   json["parameters"] =
       files::list_json(std::span(c.parameters).first(static_cast<std::size_t>(c.parameter_columns())), parameter_name);
   json["symbols"] = files::list_json(view.names.symbols, symbol_json);
-  json["conditions"] = rows_json(std::views::iota(0, view.parameter_rows()), fields);
+  json["conditions"] = rows_json(files::list_indices(view.parameter_rows()), fields);
   json["staying"] = files::list_json(view.unbalanced_remainder, [&](const design::UnbalancedRemainder& remainder) {
     return remainder_json(remainder, c.parameters);
   });

@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 
 namespace balance::reports {
 
@@ -240,7 +239,7 @@ void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
   std::vector<std::string> names;
   for (const dynamics::Parameter& p : c.parameters) names.push_back(p.name);
   const Hdf5Writer::Dimension condition =
-      write_rows(file, hdf5::root_group, std::views::iota(0, static_cast<int>(c.matrix.rows())),
+      write_rows(file, hdf5::root_group, files::list_indices(static_cast<int>(c.matrix.rows())),
                  condition_and_residual_fields(view));
   const Hdf5Writer::Dimension parameter =
       file.add_dimension(hdf5::root_group, {"parameter", "inertial parameter", "1", {}, {}}, names);

@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 namespace balance::reports {
 
@@ -119,7 +118,7 @@ Json figures_json(const FrontReportData& view) {
 }
 
 Json numbers_list(const FrontReportData& view, const VectorX& x) {
-  return files::list_json(std::views::iota(std::size_t{0}, view.numbers.size()), [&](std::size_t i) -> Json {
+  return files::list_json(files::list_indices(view.numbers.size()), [&](std::size_t i) -> Json {
     return {{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}};
   });
 }
@@ -152,7 +151,7 @@ Json front_json(const FrontReportData& view, const std::vector<std::string>& fil
   json["reason"] = is_empty ? report.outcome.reason : "";
   json["seconds"] = view.seconds;
   json["front"] = {{"figures", figures_json(view)},
-                   {"points", files::list_json(std::views::iota(std::size_t{0}, front.points.size()),
+                   {"points", files::list_json(files::list_indices(front.points.size()),
                                                [&](std::size_t k) { return point_json(view, k); })},
                    {"middle", is_empty ? Json(nullptr) : Json(find_compromise_point(front) + 1)},
                    {"searches", front.searches},

@@ -87,6 +87,18 @@ struct BoxProgram::Assembly {
   }
   Eigen::Index bound_column() const { return size - 1; }
 
+  /// Columns of a program without rows.
+  void prepare(const BoxProgram& program, const LengthBox& box, std::size_t affine_count,
+               const std::vector<MassLimits>& mass_limits);
+  /// @return false: a scale is not positive on the box
+  bool add_counterweights(const BoxProgram& program, const LengthBox& box, const std::vector<int>& affine,
+                          const std::vector<MassLimits>& mass_limits, const std::vector<PlacedRows>& placed_rows,
+                          std::vector<std::vector<Vector3>>& places);
+  bool add_inertias(const BoxProgram& program, const std::vector<PlacedRows>& placed_rows);
+  /// Masses and inertias of the relaxation, which are the multipliers of the rows.
+  void store_masses(const VectorX& multipliers, BoxBound& result) const;
+  void store_certificate(const VectorX& x, BoxCertificate& certificate) const;
+
   void reserve(Eigen::Index more) {
     if (count + more <= rows.rows()) return;
     const Eigen::Index capacity = std::max<Eigen::Index>(count + more, 2 * rows.rows());
@@ -528,30 +540,32 @@ BoxBound BoxProgram::bound(const LengthBox& box, const std::vector<int>& affine,
   }
 }
 
-BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
-                           const std::vector<MassLimits>& limits) const {
-  const std::size_t counterweights = linkage_.counterweights.size();
-  const std::vector<PlacedRows> placed_rows = list_placed_rows(box, affine);
-  BoxBound result;
-  Assembly rows;
-  rows.unknowns = dual_.unknowns;
-  rows.parts = 1 + static_cast<Eigen::Index>(affine.size());
-  rows.limits = 0;
-  for (const MassLimits& limit : limits) {
+void BoxProgram::Assembly::prepare(const BoxProgram& program, const LengthBox& box, std::size_t affine_count,
+                                   const std::vector<MassLimits>& mass_limits) {
+  unknowns = program.dual_.unknowns;
+  parts = 1 + static_cast<Eigen::Index>(affine_count);
+  limits = 0;
+  for (const MassLimits& limit : mass_limits) {
     const bool has_limit = !limit.is_left_out() && (limit.is_upper_used || limit.lower > 0);
-    rows.limit_index.push_back(has_limit ? static_cast<int>(rows.limits++) : -1);
+    limit_index.push_back(has_limit ? static_cast<int>(limits++) : -1);
   }
-  for (std::size_t i = 0; i < inertias_.size(); ++i) rows.limit_index.push_back(static_cast<int>(rows.limits++));
-  rows.conditions = find_active_conditions(box);
-  for (const int condition : rows.conditions)
-    rows.is_equality.push_back(conditions_[static_cast<std::size_t>(condition)].is_equality);
-  rows.size = rows.parts * (rows.unknowns + rows.limits) + static_cast<Eigen::Index>(rows.conditions.size()) + 1;
-  rows.rows.resize(64, rows.size);
-  rows.right.resize(64);
+  for (std::size_t i = 0; i < program.inertias_.size(); ++i) limit_index.push_back(static_cast<int>(limits++));
+  conditions = program.find_active_conditions(box);
+  for (const int condition : conditions)
+    is_equality.push_back(program.conditions_[static_cast<std::size_t>(condition)].is_equality);
+  size = parts * (unknowns + limits) + static_cast<Eigen::Index>(conditions.size()) + 1;
+  rows.resize(64, size);
+  right.resize(64);
+}
+
+bool BoxProgram::Assembly::add_counterweights(const BoxProgram& program, const LengthBox& box,
+                                              const std::vector<int>& affine,
+                                              const std::vector<MassLimits>& mass_limits,
+                                              const std::vector<PlacedRows>& placed_rows,
+                                              std::vector<std::vector<Vector3>>& places) {
   bool is_sound = true;
-  result.places.resize(placed_.empty() ? 0 : counterweights);
-  for (std::size_t i = 0; i < counterweights; ++i) {
-    const MassLimits& limit = limits[i];
+  for (std::size_t i = 0; i < mass_limits.size(); ++i) {
+    const MassLimits& limit = mass_limits[i];
     if (limit.is_left_out()) continue;
     const auto index = static_cast<int>(i);
     std::vector<std::optional<double>> masses;
@@ -560,33 +574,80 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
       masses.emplace_back();
     else if (limit.upper > limit.lower)
       masses.emplace_back(limit.upper);
-    if (placed_.empty()) {
-      for (std::size_t c = 0; c < corners_[i].size(); ++c) {
-        const ExpandedColumns columns = expand(corners_[i][c].convert(box), affine);
+    if (program.placed_.empty()) {
+      for (std::size_t c = 0; c < program.corners_[i].size(); ++c) {
+        const ExpandedColumns columns = expand(program.corners_[i][c].convert(box), affine);
         for (const std::optional<double>& mass : masses)
-          is_sound = is_sound && rows.add_heights(index, static_cast<int>(c), columns, mass);
+          is_sound = is_sound && add_heights(index, static_cast<int>(c), columns, mass);
       }
     } else {
-      result.places[i] = placed_rows[i].list_corners();
-      rows.placed.push_back({&placed_rows[i], index, masses, &result.places[i]});
-      for (std::size_t c = 0; c < result.places[i].size(); ++c)
-        is_sound = is_sound && rows.add_place(rows.placed.back(), static_cast<int>(c));
+      places[i] = placed_rows[i].list_corners();
+      placed.push_back({&placed_rows[i], index, masses, &places[i]});
+      for (std::size_t c = 0; c < places[i].size(); ++c)
+        is_sound = is_sound && add_place(placed.back(), static_cast<int>(c));
     }
-    if (limit.is_upper_used && limit.lower <= 0) rows.add_signs(rows.limit_index[i]);
+    if (limit.is_upper_used && limit.lower <= 0) add_signs(limit_index[i]);
   }
-  for (std::size_t i = 0; i < inertias_.size(); ++i) {
-    const FreeInertia& inertia = linkage_.inertias[i];
+  return is_sound;
+}
+
+bool BoxProgram::Assembly::add_inertias(const BoxProgram& program, const std::vector<PlacedRows>& placed_rows) {
+  const std::size_t counterweights = program.linkage_.counterweights.size();
+  bool is_sound = true;
+  for (std::size_t i = 0; i < program.inertias_.size(); ++i) {
+    const FreeInertia& inertia = program.linkage_.inertias[i];
     const PlacedRows& own = placed_rows[counterweights + i];
-    const int limit = rows.limit_index[counterweights + i];
+    const int limit = limit_index[counterweights + i];
     std::vector<double> amounts;
     if (inertia.lower > 0) amounts.push_back(inertia.lower);
     if (inertia.upper > inertia.lower) amounts.push_back(inertia.upper);
     for (const double amount : amounts)
       for (const Vector3& corner : own.list_corners())
-        is_sound = is_sound && rows.add_inertia(static_cast<int>(i), limit, own, corner[2], amount);
-    if (inertia.lower <= 0) rows.add_signs(limit);
+        is_sound = is_sound && add_inertia(static_cast<int>(i), limit, own, corner[2], amount);
+    if (inertia.lower <= 0) add_signs(limit);
   }
-  is_sound = is_sound && rows.add_objective(expand(objective_.convert(box), affine));
+  return is_sound;
+}
+
+void BoxProgram::Assembly::store_masses(const VectorX& multipliers, BoxBound& result) const {
+  for (const Block& block : blocks) {
+    const double amount = multipliers.segment(block.begin, block.count).sum();
+    if (block.kind == Kind::height)
+      result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] += amount;
+    if (block.kind != Kind::inertia) continue;
+    result.inertias[static_cast<std::size_t>(block.inertia)] += amount;
+    result.ratios[static_cast<std::size_t>(block.inertia)] += amount * block.ratio;
+  }
+  for (std::size_t i = 0; i < result.inertias.size(); ++i)
+    if (result.inertias[i] > 0) result.ratios[i] /= result.inertias[i];
+}
+
+void BoxProgram::Assembly::store_certificate(const VectorX& x, BoxCertificate& certificate) const {
+  certificate.limit_index = limit_index;
+  certificate.unknowns = static_cast<int>(unknowns);
+  certificate.conditions = conditions;
+  certificate.condition_multipliers.resize(static_cast<Eigen::Index>(conditions.size()));
+  for (std::size_t i = 0; i < conditions.size(); ++i)
+    certificate.condition_multipliers[static_cast<Eigen::Index>(i)] = x[condition_column(i)];
+  certificate.multipliers.resize(parts, unknowns + limits);
+  for (Eigen::Index part = 0; part < parts; ++part) {
+    for (Eigen::Index w = 0; w < unknowns; ++w) certificate.multipliers(part, w) = x[w_column(part, w)];
+    for (Eigen::Index limit = 0; limit < limits; ++limit)
+      certificate.multipliers(part, unknowns + limit) = x[limit_column(part, limit)];
+  }
+}
+
+BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
+                           const std::vector<MassLimits>& limits) const {
+  const std::size_t counterweights = linkage_.counterweights.size();
+  const std::vector<PlacedRows> placed_rows = list_placed_rows(box, affine);
+  BoxBound result;
+  result.places.resize(placed_.empty() ? 0 : counterweights);
+  Assembly rows;
+  rows.prepare(*this, box, affine.size(), limits);
+  const bool is_sound = rows.add_counterweights(*this, box, affine, limits, placed_rows, result.places) &&
+                        rows.add_inertias(*this, placed_rows) &&
+                        rows.add_objective(expand(objective_.convert(box), affine));
   if (!is_sound) return result;
   rows.add_multiplier_bounds();
   VectorX gain = VectorX::Zero(rows.size);
@@ -608,27 +669,10 @@ BoxBound BoxProgram::solve(const LengthBox& box, const std::vector<int>& affine,
         VectorX::Zero(static_cast<Eigen::Index>(placed_.empty() ? corners_[i].size() : result.places[i].size())));
   result.inertias.assign(inertias_.size(), 0);
   result.ratios.assign(inertias_.size(), 0);
-  for (const Assembly::Block& block : rows.blocks) {
-    const double amount = solution.multipliers.segment(block.begin, block.count).sum();
-    if (block.kind == Assembly::Kind::height)
-      result.corner_masses[static_cast<std::size_t>(block.counterweight)][block.corner] += amount;
-    if (block.kind != Assembly::Kind::inertia) continue;
-    result.inertias[static_cast<std::size_t>(block.inertia)] += amount;
-    result.ratios[static_cast<std::size_t>(block.inertia)] += amount * block.ratio;
-  }
-  for (std::size_t i = 0; i < inertias_.size(); ++i)
-    if (result.inertias[i] > 0) result.ratios[i] /= result.inertias[i];
-  result.certificate = {affine, limits, rows.limit_index, {}, dual_.unknowns, rows.conditions, {}};
-  result.certificate.condition_multipliers.resize(static_cast<Eigen::Index>(rows.conditions.size()));
-  for (std::size_t i = 0; i < rows.conditions.size(); ++i)
-    result.certificate.condition_multipliers[static_cast<Eigen::Index>(i)] = x[rows.condition_column(i)];
-  result.certificate.multipliers.resize(rows.parts, rows.unknowns + rows.limits);
-  for (Eigen::Index part = 0; part < rows.parts; ++part) {
-    for (Eigen::Index w = 0; w < rows.unknowns; ++w)
-      result.certificate.multipliers(part, w) = x[rows.w_column(part, w)];
-    for (Eigen::Index limit = 0; limit < rows.limits; ++limit)
-      result.certificate.multipliers(part, rows.unknowns + limit) = x[rows.limit_column(part, limit)];
-  }
+  rows.store_masses(solution.multipliers, result);
+  result.certificate.affine = affine;
+  result.certificate.mass_limits = limits;
+  rows.store_certificate(x, result.certificate);
   return result;
 }
 
