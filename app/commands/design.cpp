@@ -157,7 +157,7 @@ int choose_point(const std::string& name, const design::ParetoFront& front) {
 }
 
 /// The design of a point of the front, with its reports.
-struct FrontDesign {
+struct FrontDesign {  // NOLINT(bugprone-exception-escape): Json is noexcept, whatever its assertions do
   std::string spec, text;
   Json json;  ///< null: no point was chosen
 };
