@@ -183,17 +183,20 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
   }
 }
 
+files::SimulateCommand make_simulate_command(const SimulateOptions& options, const Trajectory& trajectory) {
+  return {.spec_file = options.spec.spec,
+          .trajectory = trajectory.name,
+          .samples = options.samples,
+          .duration = options.duration,
+          .about = options.about,
+          .compress = options.compress,
+          .poses = options.poses,
+          .split = options.split,
+          .formulation = options.formulation};
+}
+
 files::Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
-  return files::make_simulation_provenance(study, trajectory,
-                                           {.spec_file = options.spec.spec,
-                                            .trajectory = trajectory.name,
-                                            .samples = options.samples,
-                                            .duration = options.duration,
-                                            .about = options.about,
-                                            .compress = options.compress,
-                                            .poses = options.poses,
-                                            .split = options.split,
-                                            .formulation = options.formulation});
+  return files::make_simulation_provenance(study, trajectory, make_simulate_command(options, trajectory));
 }
 
 files::Provenance describe_state(const SimulateOptions& options, const Study& study) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Options of `balance simulate` and their effect on the study.
 
+#include "balance/interface/files/provenance.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "cli/command.hpp"
@@ -45,6 +46,9 @@ void check_formulation(const SimulateOptions& options, const Study& study);
 
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const SimulateOptions& options, const Study& study);
+
+/// What `simulate`, or `control` without its controller, was called with.
+files::SimulateCommand make_simulate_command(const SimulateOptions& options, const Trajectory& trajectory);
 
 files::Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 

@@ -101,18 +101,11 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
 
 files::Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
                            const Controller& controller) {
-  const SimulateOptions& o = options.run;
-  return files::make_simulation_provenance(study, trajectory,
-                                           {.spec_file = o.spec.spec,
-                                            .trajectory = trajectory.name,
-                                            .samples = o.samples,
-                                            .duration = o.duration,
-                                            .about = o.about,
-                                            .compress = o.compress,
-                                            .poses = o.poses,
-                                            .controller = controller.name,
-                                            .settle = options.settle,
-                                            .steps = options.steps});
+  files::SimulateCommand command = make_simulate_command(options.run, trajectory);
+  command.controller = controller.name;
+  command.settle = options.settle;
+  command.steps = options.steps;
+  return files::make_simulation_provenance(study, trajectory, command);
 }
 
 }  // namespace balance::app

@@ -137,15 +137,21 @@ struct BoxProgram::Assembly {
     }
   }
 
-  bool add_heights(int counterweight, int corner, const ExpandedColumns& columns, std::optional<double> mass) {
+  /// A row per Bernstein coefficient, whose scale is the first column.
+  Block make_block(const ExpandedColumns& columns) const {
     Block block;
-    block.counterweight = counterweight;
-    block.corner = corner;
     block.count = columns.plain.values.rows();
     block.scales = columns.plain.values.col(0);
-    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
     block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
     block.magnitudes = VectorX::Zero(size);
+    return block;
+  }
+
+  bool add_heights(int counterweight, int corner, const ExpandedColumns& columns, std::optional<double> mass) {
+    Block block = make_block(columns);
+    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
+    block.counterweight = counterweight;
+    block.corner = corner;
     block.constant_magnitude = columns.plain.magnitudes[0];
     Block& added = add_block(std::move(block));
     set_w(added, columns, 1, 1);
@@ -157,17 +163,13 @@ struct BoxProgram::Assembly {
   /// h + σ / amount ≤ 0
   bool add_inertia(int inertia, int limit, const PlacedRows& placed_rows, double ratio, double amount) {
     const ExpandedColumns columns = placed_rows.at({0, 0, ratio});
-    Block block;
+    Block block = make_block(columns);
+    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
     block.kind = Kind::inertia;
     block.inertia = inertia;
     block.limit = limit;
     block.ratio = ratio;
     block.amount = amount;
-    block.count = columns.plain.values.rows();
-    block.scales = columns.plain.values.col(0);
-    if (!(numerics::min_coefficient(block.scales) > 0)) return false;
-    block.shape = {columns.plain.variables, columns.plain.degrees, {}, {}};
-    block.magnitudes = VectorX::Zero(size);
     Block& added = add_block(std::move(block));
     set_w(added, columns, 1, 1);
     set_limit(added, columns, 0, limit, 1 / amount);

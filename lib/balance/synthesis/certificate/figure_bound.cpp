@@ -183,16 +183,18 @@ class FigureBoundSearch::Tree {
   /// Along the length that costs most of the bound, or the widest.
   void divide(const FigureNode& node) {
     std::size_t chosen = 0;
-    double most = -1;
+    double highest_score = -1;
     const bool has_losses = numerics::max_abs(node.losses) > 0;
     for (std::size_t k = 0; k < problem_.lengths.size(); ++k) {
       const double width = relative_width(node, k);
       const double score = width <= min_divided_width ? -1
                            : has_losses               ? node.losses[static_cast<Eigen::Index>(k)]
                                                       : width;
-      if (score > most) most = score, chosen = k;
+      if (score <= highest_score) continue;
+      highest_score = score;
+      chosen = k;
     }
-    if (most < 0) {  // too narrow
+    if (highest_score < 0) {  // too narrow
       closed_bound_ = std::min(closed_bound_, node.bound);
       return;
     }

@@ -4,12 +4,14 @@
 #include "balance/mechanics/kinematics/tree.hpp"
 #include "balance/mechanics/model/mechanism_conversion.hpp"
 #include "balance/mechanics/trajectory/trajectory_conversion.hpp"
+#include "balance/synthesis/certificate/loop_closures.hpp"
 #include "balance/synthesis/certificate/mechanism_enclosure.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 namespace balance::certificate {
 namespace {
@@ -24,7 +26,9 @@ class FigureProblemReader {
   FigureProblem read() {
     result_.figures = request_.figures;
     result_.trajectory = request_.trajectory;
-    read_bounds();
+    LengthBox box = list_number_bounds(space_);
+    result_.lower = std::move(box.lower);
+    result_.upper = std::move(box.upper);
     result_.reason = find_obstacle();
     if (!result_.reason.empty()) return std::move(result_);
     count_uses();
@@ -40,16 +44,6 @@ class FigureProblemReader {
  private:
   const Trajectory& trajectory() const {
     return space_.start.trajectories[static_cast<std::size_t>(request_.trajectory)];
-  }
-
-  void read_bounds() {
-    const auto count = static_cast<Eigen::Index>(space_.start.free_numbers.size());
-    result_.lower.resize(count);
-    result_.upper.resize(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      result_.lower[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].lower;
-      result_.upper[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].upper;
-    }
   }
 
   bool has_torque() const {

@@ -14,11 +14,6 @@ Vector zero_vector() { return {IntervalJet(0.0), IntervalJet(0.0)}; }
 
 IntervalJet dot(const Vector& a, const Vector& b) { return a.x() * b.x() + a.y() * b.y(); }
 
-/// A node that is not the ground's, in the axes of the world.
-Vector world_acceleration(const kinematics::NodeState<IntervalPlane>& node, const Vector& place) {
-  return kinematics::point_acceleration<IntervalPlane>(node, place);
-}
-
 }  // namespace
 
 LoadedLinkage enclose_linkage(const DesignSpace& space, const FigureProblem& problem, const LengthBox& box, int order) {
@@ -121,7 +116,7 @@ void ForceFunctional::add_powers(const kinematics::TreeState<IntervalPlane>& sta
     FrameMotion frame;
     frame.rotation = rotations_[n];
     frame.velocity = velocities_[n] + kinematics::cross(rotations_[n], arm);
-    frame.acceleration = world_acceleration(state[n], place);
+    frame.acceleration = kinematics::point_acceleration<IntervalPlane>(state[n], place);
     if (has_weight) frame.acceleration -= gravity;
     frame.angular_acceleration = state[n].angular_acceleration;
     frame.square = state[n].acceleration_operator.square;

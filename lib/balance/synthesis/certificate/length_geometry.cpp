@@ -44,8 +44,11 @@ class GeometryLister {
 
   /// @param has_moments whether the conditions of moments are included, if the goals require them
   LengthGeometries list(bool has_moments) {
-    LengthBox box;
-    if (result_.reason = read_bounds(box); !result_.reason.empty()) return std::move(result_);
+    const LengthBox box = list_number_bounds(space_);
+    if (!box.lower.allFinite() || !box.upper.allFinite()) {
+      result_.reason = "a free number has no bounds";
+      return std::move(result_);
+    }
     LinkageReading reading = read_linkage(space_, {}, has_moments);
     if (result_.reason = reading.reason; !reading.linkage) return std::move(result_);
     SpecialGeometries special = find_special_geometries(*reading.linkage, box);
@@ -63,17 +66,6 @@ class GeometryLister {
   }
 
  private:
-  std::string read_bounds(LengthBox& box) const {
-    const auto count = static_cast<Eigen::Index>(space_.start.free_numbers.size());
-    box.lower.resize(count);
-    box.upper.resize(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      box.lower[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].lower;
-      box.upper[i] = space_.start.free_numbers[static_cast<std::size_t>(i)].upper;
-    }
-    return box.lower.allFinite() && box.upper.allFinite() ? "" : "a free number has no bounds";
-  }
-
   /// @param special null for general lengths
   /// @return why it cannot be bounded; empty if it was added
   std::string add(const std::string& name, const LengthSubstitution& substitution, PlanarLinkage linkage,

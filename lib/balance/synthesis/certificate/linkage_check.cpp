@@ -298,8 +298,8 @@ std::optional<double> compute_min_mass(const DesignSpace& space, const PlanarLin
 
 std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& linkage, const VirtualLinkage& dual,
                               const BoxProgram& program, const LengthBox& box) {
-  double most = 0;
-  for (const FreeCounterweight& counterweight : linkage.counterweights) most += counterweight.upper;
+  double largest_mass = 0;
+  for (const FreeCounterweight& counterweight : linkage.counterweights) largest_mass += counterweight.upper;
   std::mt19937_64 random(1);
   std::vector<MassLimits> limits = list_mass_limits(linkage);
   const std::vector<int> ratios = list_free_ratios(linkage);
@@ -332,7 +332,7 @@ std::string find_disagreement(const DesignSpace& space, const PlanarLinkage& lin
     const double fixed = linkage.fixed_size.evaluate(x).real();
     const double scale = 1 + std::abs(*own);
     const double lowest = *own - (linkage.balances_moments ? moment_agreement_tolerance : agreement_tolerance) * scale;
-    const bool agrees = std::isinf(*own) ? bound.bound > fixed + most
+    const bool agrees = std::isinf(*own) ? bound.bound > fixed + largest_mass
                                          : bound.bound <= *own + agreement_tolerance * scale && bound.bound >= lowest;
     if (!agrees || !has_same_rows(*conditions, linkage, dual, x))
       return "its conditions at random lengths are not those of its closures";

@@ -808,6 +808,16 @@ bool requires_force_or_static_balance(const DesignSpace& space) {
                   [](const Goal& goal) { return requires_force_balance(goal) || goal.kind == GoalKind::statics; });
 }
 
+LengthBox list_number_bounds(const DesignSpace& space) {
+  const auto count = static_cast<Eigen::Index>(space.start.free_numbers.size());
+  LengthBox box{VectorX(count), VectorX(count)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    box.lower[i] = space.start.free_numbers[static_cast<std::size_t>(i)].lower;
+    box.upper[i] = space.start.free_numbers[static_cast<std::size_t>(i)].upper;
+  }
+  return box;
+}
+
 LinkageReading read_linkage(const DesignSpace& space, const LengthSubstitution& substitution, bool has_moments) {
   try {
     if (!space.recording) return {{}, "the mechanism has no free numbers"};

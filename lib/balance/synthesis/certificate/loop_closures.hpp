@@ -18,6 +18,7 @@
 /// imaginary part are two closures; likewise where only one direction and its slides are left, divided by the direction.
 
 #include "balance/motion/study/design_space.hpp"
+#include "balance/synthesis/certificate/bernstein_form.hpp"
 #include "balance/synthesis/certificate/length_polynomial.hpp"
 
 #include <array>
@@ -138,6 +139,9 @@ bool requires_moment_balance(const DesignSpace& space);
 Vector3 find_moment_reference(const DesignSpace& space);
 /// Whether they require that forces or static efforts vanish.
 bool requires_force_or_static_balance(const DesignSpace& space);
+
+/// The bounds of all free numbers, in the study's order; infinite where a number has none.
+LengthBox list_number_bounds(const DesignSpace& space);
 
 /// The linkage of a design that asks for balanced forces, statics or moments and minimises the added or the total mass.
 /// @param has_moments whether the conditions of moments are included, if the goals require them

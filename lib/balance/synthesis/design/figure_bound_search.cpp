@@ -1,11 +1,11 @@
 #include "balance/synthesis/design/figure_bound_search.hpp"
 
-#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/certificate/figure_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/figure_request.hpp"
+#include "balance/synthesis/design/search_budget.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <algorithm>
@@ -33,16 +33,19 @@ class FigureBoundedSearch {
  public:
   FigureBoundedSearch(const DesignSpace& space, const certificate::FigureProblem& figures,
                       const certificate::ForceRowModel& rows, const DesignProblem& problem)
-      : figures_(figures), problem_(problem), start_time_(thread_cpu_time()), tree_(space, figures, rows, {}) {}
+      : figures_(figures),
+        problem_(problem),
+        clock_(problem, problem.search.max_time),
+        tree_(space, figures, rows, {}) {}
 
   DesignOutcome solve() {
     raise_bound(std::min(figure_max_first_seconds, figure_first_time_fraction * problem_.search.max_time));
-    const double before = elapsed();
-    DesignOutcome outcome = search(problem_, figure_search_time_fraction * remaining());
-    const double searched = elapsed() - before;
+    const double before = clock_.elapsed();
+    DesignOutcome outcome = search(problem_, figure_search_time_fraction * clock_.remaining());
+    const double searched = clock_.elapsed() - before;
     note(outcome);
-    if (is_interrupted_ || outcome.optimality == Optimality::proved_global) return outcome;
-    raise_bound(std::min(remaining(), std::max(figure_min_second_seconds, searched)));
+    if (clock_.was_interrupted() || outcome.optimality == Optimality::proved_global) return outcome;
+    raise_bound(std::min(clock_.remaining(), std::max(figure_min_second_seconds, searched)));
     improve(outcome, searched);
     return outcome;
   }
@@ -61,16 +64,9 @@ class FigureBoundedSearch {
   }
 
  private:
-  double elapsed() const { return thread_cpu_time() - start_time_; }
-  double remaining() const { return std::max(0.0, problem_.search.max_time - elapsed()); }
-  bool is_interrupted() {
-    return is_interrupted_ = is_interrupted_ ||
-                             (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
-  }
-
   void raise_bound(double seconds) {
-    const double end = elapsed() + seconds;
-    tree_.run([&] { return is_interrupted() || elapsed() > end; });
+    const double end = clock_.elapsed() + seconds;
+    tree_.run([&] { return clock_.is_interrupted() || clock_.elapsed() > end; });
   }
 
   DesignOutcome search(DesignProblem problem, double seconds) {
@@ -88,11 +84,11 @@ class FigureBoundedSearch {
   void improve(DesignOutcome& outcome, double seconds) {
     const bool promises = tree_.promising().size() > 0 && is_design(outcome) && figures_.ignored.empty() &&
                           tree_.promised_value() < outcome.objective * (1 - figure_min_improvement);
-    if (!promises || remaining() <= 0 || is_interrupted()) return;
+    if (!promises || clock_.remaining() <= 0 || clock_.is_interrupted()) return;
     DesignProblem again = problem_;
     set_start(again, tree_.promising());
     again.is_single_pass = true;
-    DesignOutcome better = search(again, std::min(remaining(), std::max(figure_min_second_seconds, seconds)));
+    DesignOutcome better = search(again, std::min(clock_.remaining(), std::max(figure_min_second_seconds, seconds)));
     if (!is_design(better) || !(better.objective < outcome.objective)) return;
     better.start_objective = outcome.start_objective;
     better.residuals_before = outcome.residuals_before;
@@ -101,14 +97,13 @@ class FigureBoundedSearch {
     better.optimality = outcome.optimality;
     outcome = std::move(better);
     note(outcome);
-    if (!is_interrupted()) raise_bound(std::min(remaining(), figure_min_second_seconds));
+    if (!clock_.is_interrupted()) raise_bound(std::min(clock_.remaining(), figure_min_second_seconds));
   }
 
   const certificate::FigureProblem& figures_;
   const DesignProblem& problem_;
-  double start_time_;
+  DesignClock clock_;
   certificate::FigureBoundSearch tree_;
-  bool is_interrupted_ = false;
 };
 
 }  // namespace

@@ -15,12 +15,6 @@ using certificate::MotionForce;
 
 namespace {
 
-int find_trajectory_index(const DesignSpace& space, const std::string& name) {
-  for (std::size_t i = 0; i < space.start.trajectories.size(); ++i)
-    if (space.start.trajectories[i].name == name) return static_cast<int>(i);
-  return -1;
-}
-
 /// @return why it has no bound; empty if it has
 std::string read_force(const DesignSpace& space, const ObjectiveTerm& term, const Trajectory& trajectory,
                        MotionForce& force) {
@@ -92,15 +86,16 @@ certificate::FigureRequest read_figure_request(const DesignSpace& space, const s
     if (term.deviation_multiple) reason = "the design is robust against tolerances";
     if (term.figure != Statistic::rms && term.figure != Statistic::peak)
       reason = "only rms and peak of forces have a bound";
-    const int trajectory = find_trajectory_index(space, term.trajectory);
-    if (trajectory < 0) reason = "its figure is not that of one motion";
-    if (!request.figures.empty() && trajectory != request.trajectory) reason = "its figures are of several motions";
+    const Trajectory* const trajectory = study::find_by_name(space.start.trajectories, term.trajectory);
+    const auto index = static_cast<int>(trajectory ? trajectory - space.start.trajectories.data() : -1);
+    if (index < 0) reason = "its figure is not that of one motion";
+    if (!request.figures.empty() && index != request.trajectory) reason = "its figures are of several motions";
     if (!reason.empty()) return request;
-    request.trajectory = trajectory;
+    request.trajectory = index;
     ForceFigure figure;
     figure.weight = term.weight;
     figure.is_peak = term.figure == Statistic::peak;
-    reason = read_force(space, term, space.start.trajectories[static_cast<std::size_t>(trajectory)], figure.force);
+    reason = read_force(space, term, *trajectory, figure.force);
     if (!reason.empty()) return request;
     request.figures.push_back(figure);
   }

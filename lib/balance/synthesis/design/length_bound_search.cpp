@@ -1,9 +1,9 @@
 #include "balance/synthesis/design/length_bound_search.hpp"
 
-#include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/figure_bound_search.hpp"
+#include "balance/synthesis/design/search_budget.hpp"
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <fmt/format.h>
@@ -89,10 +89,9 @@ class BoundedSearch {
         followed_(certificate::list_followed_trajectories(space)),
         choices_(list_choices(problem)),
         keeps_mode_(space.assembly_mode && keeps_assembly_mode(space.start.design, space.start.design.minimize)),
-        max_time_(problem.search.max_time - (keeps_mode_ ? other_mode_seconds(problem) : 0)),
         judge_(certificate::make_length_design_judge(space, followed_)),
         bound_(space, *judge_, bound_options()),
-        start_time_(thread_cpu_time()) {}
+        clock_(problem, problem.search.max_time - (keeps_mode_ ? other_mode_seconds(problem) : 0)) {}
 
   DesignOutcome solve() {
     raise_bound(std::min(max_first_seconds, first_time_fraction * problem_.search.max_time));
@@ -117,10 +116,10 @@ class BoundedSearch {
   std::optional<LengthBound> find_required_count() {
     certificate::LengthBoundOptions options = bound_options();
     for (certificate::ElementChoice& choice : options.choices) choice.max_count = -1;
-    if (options.choices.empty() || is_interrupted_) return std::nullopt;
+    if (options.choices.empty() || clock_.was_interrupted()) return std::nullopt;
     certificate::LengthBoundSearch search(space_, *judge_, options);
-    const double end = elapsed() + max_count_seconds;
-    search.run([&] { return elapsed() > end || search.has_design(); });
+    const double end = clock_.elapsed() + max_count_seconds;
+    search.run([&] { return clock_.elapsed() > end || search.has_design(); });
     LengthBound found = search.result();
     if (!found.reason.empty() || found.design.size() == 0) return std::nullopt;
     return found;
@@ -139,8 +138,8 @@ class BoundedSearch {
     options.gap_tolerance = min_mode_gain;
     options.keeps_certificates = false;
     certificate::LengthBoundSearch search(space, *judge, options);
-    const double end = elapsed() + other_mode_seconds(problem_);
-    search.run([&] { return is_interrupted() || elapsed() > end; });
+    const double end = clock_.elapsed() + other_mode_seconds(problem_);
+    search.run([&] { return clock_.is_interrupted() || clock_.elapsed() > end; });
     const LengthBound found = search.result();
     if (found.design.size() == 0 || !(found.best < outcome.objective * (1 - min_mode_gain)) ||
         (found.count >= 0 && found.count != certificate::count_min_elements(choices_, outcome.x)) ||
@@ -187,12 +186,9 @@ class BoundedSearch {
     return count < others || (count == others && one.objective < other.objective);
   }
 
-  double elapsed() const { return thread_cpu_time() - start_time_; }
-  double remaining() const { return std::max(0.0, max_time_ - elapsed()); }
-
   void raise_bound(double seconds) {
-    const double end = elapsed() + seconds;
-    bound_.run([&] { return is_interrupted() || elapsed() > end; });
+    const double end = clock_.elapsed() + seconds;
+    bound_.run([&] { return clock_.is_interrupted() || clock_.elapsed() > end; });
   }
 
   /// Searches from the best lengths so far, and raises the bound in the time that is left.
@@ -203,29 +199,26 @@ class BoundedSearch {
     if (known.reason.empty() && known.count < 0 && std::isfinite(known.lower_bound))
       from_best.proved_lower_bound = known.lower_bound;
     const bool is_decided = !known.reason.empty() || bound_.is_finished();
-    from_best.search.max_time = known.is_impossible() ? std::min(remaining(), max_compromise_seconds)
-                                : is_decided          ? remaining()
-                                                      : search_time_fraction * remaining();
+    from_best.search.max_time = known.is_impossible() ? std::min(clock_.remaining(), max_compromise_seconds)
+                                : is_decided          ? clock_.remaining()
+                                                      : search_time_fraction * clock_.remaining();
     from_best.search.max_time = std::max(from_best.search.max_time, 1e-3);
-    const double before = elapsed();
+    const double before = clock_.elapsed();
     DesignOutcome outcome = solve_design(from_best);
     if (known.design.size() > 0) describe_start(outcome);
     if (is_decided) return outcome;
     if (is_design(outcome) && outcome.status == DesignStatus::balanced) bound_.add_design(outcome.x, outcome.objective);
-    if (!is_interrupted_) raise_bound(std::min(remaining(), std::max(min_second_seconds, elapsed() - before)));
+    if (!clock_.was_interrupted())
+      raise_bound(std::min(clock_.remaining(), std::max(min_second_seconds, clock_.elapsed() - before)));
     return outcome;
-  }
-
-  bool is_interrupted() {
-    return is_interrupted_ = is_interrupted_ ||
-                             (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
   }
 
   /// The best masses at the lengths of x; in a short time even if the search is interrupted.
   DesignOutcome solve_at_lengths(const VectorX& x) {
     DesignProblem whole = problem_;
-    whole.search.max_time = is_interrupted() ? min_completion_seconds : std::max(remaining(), min_completion_seconds);
-    if (is_interrupted()) whole.on_progress = {};
+    whole.search.max_time =
+        clock_.is_interrupted() ? min_completion_seconds : std::max(clock_.remaining(), min_completion_seconds);
+    if (clock_.is_interrupted()) whole.on_progress = {};
     DesignProblem fixed = whole;
     fixed.is_subproblem = true;
     set_start(fixed, x);
@@ -239,7 +232,7 @@ class BoundedSearch {
         if (std::erase(different.numbers, i) > 0) different.taken.push_back(length.start);
     }
     DesignOutcome outcome = solve_design(fixed);
-    complete_design(whole, std::max(remaining(), min_completion_seconds), outcome);
+    complete_design(whole, std::max(clock_.remaining(), min_completion_seconds), outcome);
     describe_start(outcome);
     // what is proved at these lengths says nothing about others
     outcome.lower_bound = std::numeric_limits<double>::quiet_NaN();
@@ -266,11 +259,9 @@ class BoundedSearch {
   std::vector<int> followed_;  ///< trajectories that the start values can follow
   std::vector<certificate::ElementChoice> choices_;
   bool keeps_mode_;  ///< that of the start values
-  double max_time_;
   std::unique_ptr<certificate::LengthDesignJudge> judge_;
   certificate::LengthBoundSearch bound_;
-  double start_time_;
-  bool is_interrupted_ = false;
+  DesignClock clock_;
 };
 
 /// Why no lengths meet the conditions.

@@ -13,6 +13,28 @@
 
 namespace balance::design {
 
+/// Computing time that a search and a bound share, and whether the design was interrupted.
+class DesignClock {
+ public:
+  /// @param seconds until the end, at most those of the problem
+  DesignClock(const DesignProblem& problem, double seconds)
+      : problem_(problem), seconds_(seconds), start_time_(thread_cpu_time()) {}
+
+  double elapsed() const { return thread_cpu_time() - start_time_; }        ///< [s]
+  double remaining() const { return std::max(0.0, seconds_ - elapsed()); }  ///< [s]
+  bool was_interrupted() const { return is_interrupted_; }                  ///< when last asked
+  /// Asks on_progress.
+  bool is_interrupted() {
+    return is_interrupted_ = is_interrupted_ ||
+                             (problem_.on_progress && !problem_.on_progress({elapsed(), problem_.search.max_time}));
+  }
+
+ private:
+  const DesignProblem& problem_;
+  double seconds_, start_time_;
+  bool is_interrupted_ = false;
+};
+
 class SearchBudget {
  public:
   /// @param on_progress as DesignProblem::on_progress

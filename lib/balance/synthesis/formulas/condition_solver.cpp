@@ -46,9 +46,9 @@ class ConditionElimination {
   }
 
   std::size_t count_unknowns(const Polynomial& p) const {
+    const std::vector<int> symbols = symbols_in(p);
     return static_cast<std::size_t>(std::count_if(unknowns_.begin(), unknowns_.end(), [&](int symbol) {
-      return std::any_of(p.terms().begin(), p.terms().end(),
-                         [&](const Term& term) { return term.monomial.exponent_of(symbol) != 0; });
+      return std::binary_search(symbols.begin(), symbols.end(), symbol);
     }));
   }
 
@@ -142,8 +142,8 @@ class ConditionElimination {
 
   UnsolvedReason reason_of(std::size_t u, const ConditionSolution& solution) const {
     const auto occurs_in = [&](const Polynomial& p) {
-      return std::any_of(p.terms().begin(), p.terms().end(),
-                         [&](const Term& term) { return term.monomial.exponent_of(unknowns_[u]) != 0; });
+      const std::vector<int> symbols = symbols_in(p);
+      return std::binary_search(symbols.begin(), symbols.end(), unknowns_[u]);
     };
     if (std::none_of(conditions_.begin(), conditions_.end(), occurs_in)) return UnsolvedReason::absent;
     return std::any_of(solution.remaining.begin(), solution.remaining.end(), occurs_in) ? UnsolvedReason::nonlinear

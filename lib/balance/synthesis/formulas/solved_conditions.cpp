@@ -309,9 +309,8 @@ class SolutionComparison {
     }
     if (check.solution_states == 0)
       note(check,
-           "the solution was not compared with the engine: no other numbers were found that meet what remains and can "
-           "be "
-           "assembled");
+           "the solution was not compared with the engine: no other numbers were found that meet what remains and "
+           "can be assembled");
     else if (has_fixed_geometry_)
       note(check, "the solution was compared with the engine at other masses, but only at the lengths of the spec");
   }
