@@ -79,6 +79,7 @@ struct FormulaOptions {
   bool latex = false, numbers = false, expand = false, all = false;
   std::vector<std::string> solve;
   GoalOptions goal;
+  std::string speeds;  ///< empty: the spec's
 };
 
 /// @throws UsageError for unknown sections
@@ -166,8 +167,9 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
     return print_formulas({options.spec, options.only, options.code, options.latex, options.numbers, options.expand,
-                           options.all, options.solve, options.goal});
+                           options.all, options.solve, options.goal, options.speeds});
   choose_sections(options);
+  if (options.latex && !options.speeds.empty()) throw UsageError("--speeds and --latex cannot be combined with --at");
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
@@ -191,7 +193,7 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts selects sections, --code c prints a\n"
+      "closures,solved,conditions,regressor,natural,efforts,speeds selects sections, --code c prints a\n"
       "program. Everything printed has been read back and compared with numerical results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
@@ -245,7 +247,8 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
       ->type_name("NAMES")
       ->allow_extra_args(false)
       ->needs(solve);
-  for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  for (const char* name : {"--constraints", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  parser.get_option("--speeds")->excludes(solve)->excludes(parser.get_option("--code"));
 }
 
 }  // namespace
@@ -260,16 +263,17 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
   };
   CLI::Option* speeds =
       parser
-          .add_option("--speeds", o.speeds,
-                      "also print the equation in these speeds: sums of rates of coordinates and of the tool, such as\n"
-                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          .add_option(
+              "--speeds", o.speeds,
+              "also print the equation in these speeds: sums of rates of coordinates, of the tool and of com, such as\n"
+              "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
           ->check(not_blank);
   parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
       ->check(not_blank)
       ->needs(speeds);
-  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
+  speeds->excludes(parser.get_option("--output"));
 }
 
 }  // namespace
@@ -434,8 +438,16 @@ void print_view(const FormulaOptions& options, const FormulaSource& source) {
   const Study& study = source.space.start;
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
+  const std::vector<formulas::SheetSectionKind> sections = sections_of(options);
+  std::vector<model::GeneralisedSpeed> speeds;
+  if (!options.speeds.empty()) {
+    speeds = specification::read_speeds(options.speeds, "--speeds", study);
+  } else if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::speeds) != sections.end()) {
+    speeds = study.speeds;
+    if (speeds.empty()) throw UsageError("--only speeds needs --speeds, or speeds in the spec");
+  }
   const formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, source.texts, {sections_of(options), expressions, source.solve});
+      formulas::make_sheet(study.mechanism, source.texts, {sections, expressions, source.solve, std::move(speeds)});
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();

@@ -1,9 +1,11 @@
 #pragma once
 /// All formulas of a mechanism with their names, by section.
 
+#include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
 #include "balance/synthesis/formulas/solve_request.hpp"
+#include "balance/synthesis/formulas/speed_formulas.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
 
 #include <map>
@@ -26,6 +28,7 @@ enum class SheetSectionKind {
   efforts,    ///< without the closures
   solutions,  ///< conditions solved for named numbers
   balanced,   ///< the equations of motion with these
+  speeds,     ///< the equations of motion in chosen speeds
 };
 
 /// "inertia", …, in the enum's order.
@@ -66,6 +69,8 @@ struct FormulaSheet {
   std::optional<SymbolicRegressor> regressor;  ///< if requested
   std::optional<NaturalEquations> natural;     ///< if requested
   std::optional<SolvedConditions> solution;    ///< if requested
+  std::optional<SpeedFormulas> speeds;         ///< if requested
+  conditions::ChosenSpeeds chosen_speeds;      ///< the speeds of `speeds`
   std::vector<std::string> notes;
 };
 
@@ -76,6 +81,7 @@ struct SheetOptions {
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
   std::optional<SolveRequest> solve = {};
+  std::vector<model::GeneralisedSpeed> speeds = {};  ///< of the section `speeds`
 };
 
 /// @throws FormulaError for anything that has no formula
