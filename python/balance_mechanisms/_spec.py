@@ -123,7 +123,7 @@ class Spec(Shown):
         return Check(document, text)
 
     def conditions(self, goal: Goals = None, *, strategy: str = "complete", without: Goals = None,
-                   seed: int | None = None, named: bool = True) -> Conditions:
+                   seed: int | None = None, named: bool = True, speeds: str = "") -> Conditions:
         """The complete balancing conditions.
 
         :param goal: one of `GOALS`, or several that must hold together; None: those of the spec
@@ -131,9 +131,10 @@ class Spec(Shown):
         :param without: what the goals ignore: friction, loads, springs, payloads, … or names of elements
         :param seed: for random configurations
         :param named: write coefficients in terms of named lengths
+        :param speeds: `"x: tool.x, y: tool.y"`: velocity terms and inertia in the derivatives of these, as `balance conditions --speeds`
         :raises MechanismError: if there are none (the loops cannot be closed, the goal needs actuators, …)
         """
-        return Conditions(_native.conditions(self._native, _words(goal), _words(without), strategy, seed, named))
+        return Conditions(_native.conditions(self._native, _words(goal), _words(without), strategy, seed, named, speeds))
 
     def design(self, goal: Goals = None, *, minimize: Any = None, seed: int | None = None, strategy: str = "complete",
                without: Goals = None, algorithm: str = "", trajectories: bool = True) -> Design:

@@ -9,6 +9,7 @@
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/designed_spec.hpp"
 #include "balance/interface/reports/front_sections.hpp"
+#include "balance/interface/specification/read_options.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
@@ -38,13 +39,17 @@ struct DerivedConditions {
 
 py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
                     const std::vector<std::string>& without, const std::string& strategy,
-                    std::optional<std::uint64_t> seed, bool named) {
+                    std::optional<std::uint64_t> seed, bool named, const std::string& speeds) {
   const Study& study = spec->study();
   reports::BalanceRequest request = question_of({goals, without, strategy, seed}, study);
   if (request.goals.empty()) request.goals = study.design.goals;
   if (request.goals.empty())
     throw std::invalid_argument(spec->file +
                                 " has no design: goal, so a goal is needed: " + join_alternatives(study::goal_names()));
+  if (!speeds.empty()) {
+    if (request.is_modular) throw std::invalid_argument("speeds cannot be combined with strategy 'modular'");
+    request.speeds = specification::read_speeds(speeds, "speeds", study);
+  }
   DerivedConditions derived = compute_in_background([spec, request, named](BackgroundTask&) {
     const reports::ConditionsOutcome outcome = derive_conditions_data(request, *spec->space, named);
     DerivedConditions all;
@@ -245,7 +250,7 @@ reports::BalanceRequest question_of(const GoalArguments& arguments, const Study&
 
 void bind_balancing(py::module_& m) {
   m.def("conditions", &conditions, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"),
-        py::arg("seed"), py::arg("named"));
+        py::arg("seed"), py::arg("named"), py::arg("speeds"));
   m.def("design", &design, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
         py::arg("minimize"), py::arg("algorithm"), py::arg("trajectories"), py::arg("command"));
   m.def("front", &front, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),

@@ -41,6 +41,16 @@ class Conditions(Case):
             with self.assertRaisesRegex(ValueError, "expected"):
                 spec.conditions(**words)
 
+    def test_they_are_in_the_speeds_asked_for(self):
+        spec, speeds = bm.load(config("rr-design.yaml")), "x: tool.x, y: tool.y"
+        found = spec.conditions("gyroscopic", speeds=speeds)
+        told = self.program("conditions", config("rr-design.yaml"), "--goal", "gyroscopic", "--speeds", speeds, "--json")
+        self.assertEqual(found.to_dict(), json.loads(told))
+        with self.assertRaises(bm.SpecError):
+            spec.conditions("gyroscopic", speeds="x: nothing")
+        with self.assertRaisesRegex(ValueError, "modular"):
+            spec.conditions("static", speeds=speeds, strategy="modular")
+
     def test_no_conditions_is_an_error_of_its_own(self):
         with self.assertRaises(bm.MechanismError) as caught:
             bm.load(config("3rrr.yaml"), set={"l": 0.02}).conditions("force")

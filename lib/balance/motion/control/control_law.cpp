@@ -203,7 +203,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
     throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
-  if (!controller.speeds.empty()) task_.emplace(model_mechanism_, controller.speeds);
+  if (!controller.speeds.empty()) task_.emplace(model, controller.speeds);
   const Eigen::Index controlled = task_ ? task_->size() : actuators;
   check_size(controller.kp, controlled, "kp");
   check_size(controller.kd, controlled, "kd");
