@@ -50,7 +50,8 @@ struct EquationsOptions : StateOptions {
   bool latex = false, force = false, compress = false;
 
   // of formulas only
-  std::string code;  ///< `c` or `python`; empty: none
+  std::string code;         ///< `c` or `python`; empty: none
+  std::string coordinates;  ///< of a program of a mechanism with loops: `independent` or `all`; empty: the first
   bool expand = false, numbers = false, all = false;
   std::vector<std::string> collect;  ///< symbols by whose powers sums are grouped
   std::vector<std::string> solve;    ///< numbers for which the conditions of `goal` are solved
@@ -78,6 +79,8 @@ struct FormulaOptions {
   SpecOptions spec;
   std::vector<std::string> only;
   std::string code;  ///< `c` or `python`; empty: formulas
+  std::string coordinates;
+  std::vector<std::string> independent;
   bool latex = false, numbers = false, expand = false, all = false;
   std::vector<std::string> collect;
   std::vector<std::string> solve;
@@ -167,8 +170,9 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
-    return print_formulas({options.spec, options.only, options.code, options.latex, options.numbers, options.expand,
-                           options.all, options.collect, options.solve, options.goal});
+    return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
+                           options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
+                           options.goal});
   choose_sections(options);
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
@@ -193,8 +197,9 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts selects sections, --code c prints a\n"
-      "program. Everything printed has been read back and compared with numerical results.\n\n"
+      "closures,solved,conditions,regressor,natural,efforts,reduced selects sections, --code c prints\n"
+      "a program, which closes the loops. Everything printed has been read back and compared with numerical "
+      "results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
@@ -229,6 +234,14 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--json"))
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
+  parser.get_option("--independent")->remove_needs(at);
+  add_choice_validator(
+      parser
+          .add_option("--coordinates", o.coordinates,
+                      "what the program of a mechanism with loops takes: independent coordinates (default) or all")
+          ->type_name("WHICH")
+          ->needs(parser.get_option("--code")),
+      {"independent", "all"});
   parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
   CLI::Option* collect = parser.add_option("--collect", o.collect, "group sums by powers of these symbols");
   collect->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
@@ -452,12 +465,38 @@ std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std:
   return found;
 }
 
+/// The conditions of a mechanism with loops or constraints on speeds, as `balance conditions` derives them.
+std::vector<formulas::GoalConditions> derive_goal_conditions(const FormulaOptions& options, const DesignSpace& space) {
+  const auto sections = sections_of(options);
+  if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::conditions) == sections.end() ||
+      formulas::is_open_chain(space.start.mechanism))
+    return {};
+  std::vector<formulas::GoalConditions> list;
+  using enum GoalKind;
+  for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) {
+    formulas::GoalConditions one{{kind, false}, {}, {}, ""};
+    GoalOptions goal = options.goal;
+    goal.goals = {study::goal_name(one.goal)};
+    try {
+      reports::ConditionsReportData view = derive_conditions_or_throw(goal, space);
+      one.conditions = std::move(view.conditions);
+      one.names = std::move(view.names);
+    } catch (const MechanismFailure& failure) {
+      one.reason = failure.what();
+    }
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
 void print_view(const FormulaOptions& options, const FormulaSource& source) {
   const Study& study = source.space.start;
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
   formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, source.texts, {sections_of(options), expressions, source.solve});
+      formulas::make_sheet(study.mechanism, source.texts,
+                           {sections_of(options), expressions, source.solve, options.independent,
+                            derive_goal_conditions(options, source.space)});
   for (const study::TemporaryPayload& payload : study.temporary_payloads)
     sheet.notes.push_back(
         fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
@@ -491,13 +530,21 @@ ExitCode print_formulas(const FormulaOptions& options) {
   const Study& study = source.space.start;
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
+  for (const std::string& name : options.independent)
+    if (const auto names = coordinate_names(study.mechanism);
+        std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError(fmt::format("--independent: there is no coordinate {}{}", quote_for_message(name),
+                                   append_nearest_name(name, names)));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   try {
     if (options.code.empty()) {
       print_view(options, source);
     } else {
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      print(formulas::generate_program(study.mechanism, source.texts, language));
+      const auto coordinates =
+          options.coordinates == "all" ? formulas::ProgramCoordinates::all : formulas::ProgramCoordinates::independent;
+      print(formulas::generate_program(study.mechanism, source.texts, language, nullptr,
+                                       {coordinates, options.independent, simulation::start_coordinates(study)}));
     }
   } catch (const formulas::FormulaError& error) {
     throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
