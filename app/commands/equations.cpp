@@ -85,6 +85,7 @@ struct FormulaOptions {
   std::vector<std::string> collect;
   std::vector<std::string> solve;
   GoalOptions goal;
+  std::string speeds;  ///< empty: the spec's
 };
 
 /// @throws UsageError for unknown sections
@@ -172,8 +173,9 @@ ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
     return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
                            options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
-                           options.goal});
+                           options.goal, options.speeds});
   choose_sections(options);
+  if (options.latex && !options.speeds.empty()) throw UsageError("--speeds and --latex cannot be combined with --at");
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
@@ -197,9 +199,9 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts,reduced selects sections, --code c prints\n"
-      "a program, which closes the loops. Everything printed has been read back and compared with numerical "
-      "results.\n\n"
+      "closures,solved,conditions,regressor,natural,efforts,reduced,speeds selects sections, --code c\n"
+      "prints a program, which closes the loops. Everything printed has been read back and compared with\n"
+      "numerical results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
@@ -263,7 +265,8 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
       ->type_name("NAMES")
       ->allow_extra_args(false)
       ->needs(solve);
-  for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  for (const char* name : {"--constraints", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  parser.get_option("--speeds")->excludes(solve)->excludes(parser.get_option("--code"));
 }
 
 }  // namespace
@@ -278,16 +281,17 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
   };
   CLI::Option* speeds =
       parser
-          .add_option("--speeds", o.speeds,
-                      "also print the equation in these speeds: sums of rates of coordinates and of the tool, such as\n"
-                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          .add_option(
+              "--speeds", o.speeds,
+              "also print the equation in these speeds: sums of rates of coordinates, of the tool and of com, such as\n"
+              "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
           ->check(not_blank);
   parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
       ->check(not_blank)
       ->needs(speeds);
-  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
+  speeds->excludes(parser.get_option("--output"));
 }
 
 }  // namespace
@@ -493,10 +497,18 @@ void print_view(const FormulaOptions& options, const FormulaSource& source) {
   const Study& study = source.space.start;
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
+  const std::vector<formulas::SheetSectionKind> sections = sections_of(options);
+  std::vector<model::GeneralisedSpeed> speeds;
+  if (!options.speeds.empty()) {
+    speeds = specification::read_speeds(options.speeds, "--speeds", study);
+  } else if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::speeds) != sections.end()) {
+    speeds = study.speeds;
+    if (speeds.empty()) throw UsageError("--only speeds needs --speeds, or speeds in the spec");
+  }
   formulas::FormulaSheet sheet =
       formulas::make_sheet(study.mechanism, source.texts,
-                           {sections_of(options), expressions, source.solve, options.independent,
-                            derive_goal_conditions(options, source.space)});
+                           {sections, expressions, source.solve, options.independent,
+                            derive_goal_conditions(options, source.space), std::move(speeds)});
   for (const study::TemporaryPayload& payload : study.temporary_payloads)
     sheet.notes.push_back(
         fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
