@@ -203,7 +203,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
     throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
-  if (!controller.speeds.empty()) task_.emplace(model_mechanism_, controller.speeds);
+  if (!controller.speeds.empty()) task_.emplace(model, controller.speeds);
   const Eigen::Index controlled = task_ ? task_->size() : actuators;
   check_size(controller.kp, controlled, "kp");
   check_size(controller.kd, controlled, "kd");
@@ -227,6 +227,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
 void ControlLaw::change_model(double time, const Mechanism& model) {
   model_mechanism_ = &model;
   model_ = dynamics::ForwardDynamics(model, {.preferred = model.actuators});
+  if (task_) task_.emplace(model, controller_.speeds);
   if (state_.size() > 0) model_.set_state(time, state_, rates_);
 }
 
