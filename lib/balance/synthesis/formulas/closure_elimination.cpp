@@ -354,11 +354,13 @@ class ClosureElimination::Implementation {
     for (const PoseValues& pose : samples_) size = std::max(size, std::abs(pose(p)));
     return size;
   }
-  double min_size(const Polynomial& p) const {
+  /// At the first `count` poses.
+  double min_size(const Polynomial& p, std::size_t count) const {
     double size = std::numeric_limits<double>::infinity();
-    for (const PoseValues& pose : samples_) size = std::min(size, std::abs(pose(p)));
+    for (std::size_t k = 0; k < count; ++k) size = std::min(size, std::abs(samples_[k](p)));
     return size;
   }
+  double min_size(const Polynomial& p) const { return min_size(p, samples_.size()); }
 
   /// A symbol for a value; the value itself if that is a single term.
   Polynomial define(const std::string& name, const std::string& indices, Polynomial value, Polynomial divisor = 1,
@@ -448,7 +450,8 @@ class ClosureElimination::Implementation {
     block.lower.assign(size, Row(size));
     for (std::size_t s = 0; s < size; ++s) {
       exchange_for_pivot(block, A, s);
-      pivots_.push_back({A[s][s], max_size(A[s][s])});
+      const double least = min_size(A[s][s]);
+      pivots_.push_back({A[s][s], least > rank_threshold * max_size(A[s][s]) ? least : min_size(A[s][s], 1)});
       for (std::size_t r = s + 1; r < size; ++r) {
         if (A[r][s].is_zero()) continue;
         block.lower[r][s] = define_working(A[r][s], A[s][s]);
@@ -460,20 +463,29 @@ class ClosureElimination::Implementation {
     block.upper = std::move(A);
   }
 
-  void exchange_for_pivot(ClosureBlock& block, Matrix& A, std::size_t s) {
+  /// Sizes of the entries that are left, relative to their rows, at the first `count` poses.
+  MatrixX relative_sizes(const Matrix& A, std::size_t s, std::size_t count) const {
     const std::size_t size = A.size();
-    double best = 0;
-    MatrixX quality = MatrixX::Zero(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(size));
-    const auto at = [&](std::size_t r, std::size_t c) -> double& {
-      return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
-    };
+    MatrixX sizes = MatrixX::Zero(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(size));
     for (std::size_t r = s; r < size; ++r) {
       double row_size = 0;
       for (std::size_t c = s; c < size; ++c) row_size = std::max(row_size, max_size(A[r][c]));
-      for (std::size_t c = s; c < size; ++c)
-        if (row_size > 0) best = std::max(best, at(r, c) = min_size(A[r][c]) / row_size);
+      for (std::size_t c = s; c < size && row_size > 0; ++c)
+        sizes(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = min_size(A[r][c], count) / row_size;
     }
+    return sizes;
+  }
+
+  void exchange_for_pivot(ClosureBlock& block, Matrix& A, std::size_t s) {
+    const std::size_t size = A.size();
+    MatrixX quality = relative_sizes(A, s, samples_.size());
+    // other poses may be of another assembly mode, where other entries are large
+    if (quality.maxCoeff() < rank_threshold) quality = relative_sizes(A, s, 1);
+    const double best = quality.maxCoeff();
     if (best < rank_threshold) throw FormulaError("the closures are singular");
+    const auto at = [&](std::size_t r, std::size_t c) {
+      return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+    };
     std::size_t row = s, column = s, fewest = std::numeric_limits<std::size_t>::max();
     for (std::size_t r = s; r < size; ++r)
       for (std::size_t c = s; c < size; ++c) {

@@ -34,7 +34,7 @@ ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mech
 /// The mechanism with its joints alone: wheels may slip, and speeds are free.
 Mechanism without_speed_constraints(Mechanism mechanism);
 
-/// A divisor of the elimination and its usual size. It vanishes at singular poses, and may vanish at others.
+/// A divisor of the elimination and its size near the spec's rough values. It vanishes at singular poses, and may vanish at others.
 struct EliminationPivot {
   Polynomial value;
   double size = 0;
