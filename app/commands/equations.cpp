@@ -8,6 +8,7 @@
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/text_file.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
@@ -52,7 +53,8 @@ struct EquationsOptions : StateOptions {
   std::string code;         ///< `c` or `python`; empty: none
   std::string coordinates;  ///< of a program of a mechanism with loops: `independent` or `all`; empty: the first
   bool expand = false, numbers = false, all = false;
-  std::vector<std::string> solve;  ///< numbers for which the conditions of `goal` are solved
+  std::vector<std::string> collect;  ///< symbols by whose powers sums are grouped
+  std::vector<std::string> solve;    ///< numbers for which the conditions of `goal` are solved
   GoalOptions goal;
 };
 
@@ -80,6 +82,7 @@ struct FormulaOptions {
   std::string coordinates;
   std::vector<std::string> independent;
   bool latex = false, numbers = false, expand = false, all = false;
+  std::vector<std::string> collect;
   std::vector<std::string> solve;
   GoalOptions goal;
 };
@@ -133,7 +136,6 @@ void write(const EquationsOptions& options, const Study& study, const formulas::
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
-  reject_temporary_payloads(study, "equations of motion along a trajectory");
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));
@@ -169,7 +171,8 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
     return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
-                           options.latex, options.numbers, options.expand, options.all, options.solve, options.goal});
+                           options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
+                           options.goal});
   choose_sections(options);
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
@@ -240,6 +243,9 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
           ->needs(parser.get_option("--code")),
       {"independent", "all"});
   parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
+  CLI::Option* collect = parser.add_option("--collect", o.collect, "group sums by powers of these symbols");
+  collect->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
+  collect->excludes(parser.get_option("--code"));
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas of any length")->excludes(at);
   CLI::Option* solve = parser.add_option("--solve", o.solve, "solve the balancing conditions for these numbers");
@@ -399,6 +405,8 @@ struct FormulaSource {
 FormulaSource read_source(const FormulaOptions& options, const std::string& text, const ReadOptions& read) {
   FormulaSource source;
   source.space = read_design_space(text, specification::display_name(options.spec.spec), read);
+  Mechanism& mechanism = source.space.start.mechanism;
+  mechanism = model::mechanism_in_interval(mechanism, {}, 0);  // symbols stand for all payloads
   source.texts = read_spec_number_texts(source.space, read);
   return source;
 }
@@ -470,9 +478,30 @@ formulas::FormulaSheet make_sheet(const FormulaOptions& options, const FormulaSo
                                   std::vector<formulas::SheetSectionKind> sections) {
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
-  return formulas::make_sheet(source.space.start.mechanism, source.texts,
-                              {std::move(sections), expressions, source.solve, options.independent,
-                               derive_goal_conditions(options, source.space)});
+  const Study& study = source.space.start;
+  formulas::FormulaSheet sheet =
+      formulas::make_sheet(study.mechanism, source.texts,
+                           {std::move(sections), expressions, source.solve, options.independent,
+                            derive_goal_conditions(options, source.space)});
+  for (const study::TemporaryPayload& payload : study.temporary_payloads)
+    sheet.notes.push_back(
+        fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
+  return sheet;
+}
+
+/// @throws UsageError for a name that no symbol has
+std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
+  std::vector<int> found;
+  std::vector<std::string> known;
+  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
+                                   append_nearest_name(name, known)));
+    found.push_back(static_cast<int>(at - known.begin()));
+  }
+  return found;
 }
 
 void print_view(const FormulaOptions& options, const FormulaSource& source) {
@@ -480,6 +509,7 @@ void print_view(const FormulaOptions& options, const FormulaSource& source) {
   formulas::FormulaSheet sheet = make_sheet(options, source, sections_of(options));
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
+  print_options.collected = find_symbols(*sheet.ring, options.collect);
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
   reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
   const auto check = [&] {
@@ -493,6 +523,7 @@ void print_view(const FormulaOptions& options, const FormulaSource& source) {
     const std::string reason = "solved and reduced are left out: " + view.check.reason;
     sheet = make_sheet(options, source, {inertia, velocity, gravity, closures});
     sheet.notes.push_back(reason);
+    print_options.collected = find_symbols(*sheet.ring, options.collect);
     view.sections = print_sheet(sheet, print_options);
     check();
   }
@@ -517,7 +548,6 @@ ExitCode print_formulas(const FormulaOptions& options) {
   FormulaSource source = read_source(options, text, read_options(options.spec));
   if (!options.solve.empty()) source = read_solvable_source(options, text, source);
   const Study& study = source.space.start;
-  reject_temporary_payloads(study, "equations of motion");
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
   for (const std::string& name : options.independent)

@@ -575,6 +575,7 @@ std::string parameters_text(const EquationsAtConfiguration& at, const specificat
   text += "\n";
   for (int row = 0; row < c.rank; ++row)
     text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, shown.names));
+  if (const std::string legend = parameter_legend(shown); !legend.empty()) text += "where " + legend + "\n";
   return text + "\n";
 }
 

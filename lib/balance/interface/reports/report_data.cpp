@@ -17,7 +17,6 @@ namespace balance::reports {
 ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space, bool with_names) {
   const Study& study = space.start;
   const std::vector<CoordinateValue> start = simulation::start_coordinates(study);
-  reject_temporary_payloads(study, "conditions", &request.excluded);
   ConditionOptions options;
   options.seed = request.seed.value_or(options.seed);
   options.excluded = request.excluded;

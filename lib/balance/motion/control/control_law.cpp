@@ -193,15 +193,15 @@ bool needs_desired_motion(const Controller& controller) {
   return controller.type != ControllerType::none;
 }
 
-ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
+ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, const Mechanism& model)
     : mechanism_(truth),
       controller_(controller),
-      model_mechanism_(controller.model ? *controller.model : truth),
-      model_(model_mechanism_, {.preferred = model_mechanism_.actuators}),
+      model_mechanism_(&model),
+      model_(model, {.preferred = model.actuators}),
       length_(characteristic_length(truth)) {
   const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
-  if (model_mechanism_.coordinates.size() != truth.coordinates.size() || model_mechanism_.actuators != truth.actuators)
+  if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
     throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
   check_size(controller.kp, actuators, "kp");
   check_size(controller.kd, actuators, "kd");
@@ -220,6 +220,12 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   }
   for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
   compute_coupling_map();
+}
+
+void ControlLaw::change_model(double time, const Mechanism& model) {
+  model_mechanism_ = &model;
+  model_ = dynamics::ForwardDynamics(model, {.preferred = model.actuators});
+  if (state_.size() > 0) model_.set_state(time, state_, rates_);
 }
 
 MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis) {
@@ -248,7 +254,7 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
     // Without a motion to follow, only the start is known.
     const std::vector<DesiredState> start_states = {{state_, rates_, VectorX::Zero(state_.size())}};
     const PdGains gains =
-        default_pd_gains(model_mechanism_, controller_, basis.along.empty() ? start_states : basis.along);
+        default_pd_gains(*model_mechanism_, controller_, basis.along.empty() ? start_states : basis.along);
     kp_ = gains.kp;
     kd_ = gains.kd;
     notes_ = gains.notes;
@@ -289,7 +295,7 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
 
 /// Minimum-norm motion of the coordinates that follow none, for given motions of the actuated ones.
 void ControlLaw::compute_coupling_map() {
-  const std::vector<model::ResolvedCouplingOf<double>> roots = resolve_couplings(model_mechanism_);
+  const std::vector<model::ResolvedCouplingOf<double>> roots = resolve_couplings(*model_mechanism_);
   const auto count = static_cast<Eigen::Index>(roots.size());
   const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
   MatrixX expansion = MatrixX::Zero(count, count), actuated(actuators, count);

@@ -69,10 +69,14 @@ bool needs_desired_motion(const Controller& controller);
 
 class ControlLaw {
  public:
-  /// @param truth the controlled mechanism; like the controller, it must outlive the law. The controller's model has
-  ///        the same coordinates and actuators
+  /// @param truth the controlled mechanism; like the controller and the model, it must outlive the law
+  /// @param model the mechanism with which the law computes, of the same coordinates and actuators
   /// @throws std::invalid_argument if gains and actuators differ in number
-  ControlLaw(const Mechanism& truth, const Controller& controller);
+  ControlLaw(const Mechanism& truth, const Controller& controller, const Mechanism& model);
+
+  /// Computes with another model from now on, as when a payload is taken up. Gains stay.
+  /// @param model with the coordinates and actuators of the mechanism; must outlive the law
+  void change_model(double time, const Mechanism& model);
 
   /// Assembles the model at the start of the mechanism and sets the gains.
   /// @param position, velocity per coordinate of the mechanism
@@ -117,7 +121,7 @@ class ControlLaw {
 
   const Mechanism& mechanism_;
   const Controller& controller_;
-  const Mechanism& model_mechanism_;
+  const Mechanism* model_mechanism_;
   std::optional<EffortProfile> effort_profile_;  ///< for an open loop, without limits
   dynamics::ForwardDynamics model_;
   double length_;          ///< characteristic [m]

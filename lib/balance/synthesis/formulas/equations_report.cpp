@@ -411,7 +411,9 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   InverseOptions options{independent, Vector3::Zero(), 1};
   const double duration = result.time[result.time.size() - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
-  dynamics::EquationTerms terms(mechanism, options);
+  const model::PayloadIntervals intervals(mechanism, result.time[result.time.size() - 1]);
+  Mechanism present = mechanism_in_interval(mechanism, intervals, 0);
+  dynamics::EquationTerms terms(present, options);
   const dynamics::StateTable states = extract_independent_states(terms, result);
   for (const int c : terms.independent())
     out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
@@ -429,8 +431,16 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   const EquationScales scales = compute_equation_scales(mechanism);
   const bool needs_reassembly =
       has_velocity_constraints(mechanism);  // the independent coordinates do not determine the others
+  int interval = 0;
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
-    if (needs_reassembly) out.outcome = assemble_at_row(terms, result, k);
+    if (const int next = intervals.index_at(result.time[k]); next != interval) {  // a payload comes or goes
+      interval = next;
+      present = mechanism_in_interval(mechanism, intervals, interval);
+      terms = dynamics::EquationTerms(present, options);
+      out.outcome = assemble_at_row(terms, result, k);
+    } else if (needs_reassembly) {
+      out.outcome = assemble_at_row(terms, result, k);
+    }
     if (out.outcome.status != MotionStatus::done) break;
     auto equations = terms.independent_terms(states.q.row(k), result.time[k]);
     auto redundant_terms = terms.redundant_terms(states.q.row(k), result.time[k]);

@@ -17,7 +17,7 @@ namespace {
 
 std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options);
 
-/// value + (numerator/denominator) (factor) + …
+/// value + numerator factor/denominator + …
 std::string sum_text(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
   const bool latex = options.style == PrintStyle::latex;
   const std::string open = latex ? "\\left(" : "(", close = latex ? "\\right)" : ")";
@@ -26,12 +26,13 @@ std::string sum_text(const SheetFormula& formula, FormulaPrinter& printer, const
     text = text_of({formula.name, formula.indices, formula.value, formula.denominator, formula.denominator_name},
                    printer, options);
   for (const FormulaProduct& product : formula.products) {
-    std::string ratio = text_of({"", "", product.numerator, product.denominator, ""}, printer, options);
-    const std::string factor = text_of({"", "", product.factor, 1, ""}, printer, options);
-    if (ratio.find(" + ") != std::string::npos || ratio.find(" - ") != std::string::npos) ratio = open + ratio + close;
-    const bool negative = ratio.starts_with('-');
+    std::string one = options.with_values
+                          ? open + text_of({"", "", product.numerator, product.denominator, ""}, printer, options) +
+                                close + " " + open + printer.print_numbers(product.factor) + close
+                          : printer.print_product(product.numerator, product.denominator, product.factor);
+    const bool negative = one.starts_with('-');
     text += text.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
-    text += ratio.substr(negative ? 1 : 0) + " " + open + factor + close;
+    text += one.substr(negative ? 1 : 0);
   }
   return text.empty() ? "0" : text;
 }
@@ -73,6 +74,8 @@ std::string reason_text(UnsolvedReason reason) {
   switch (reason) {
     case UnsolvedReason::absent: return "occurs in none of the conditions";
     case UnsolvedReason::undetermined: return "stays free: the conditions determine only the other numbers";
+    case UnsolvedReason::vanishing_slope:
+      return "is not solved for: what multiplies it is zero with the spec's numbers";
     case UnsolvedReason::nonlinear: return "is not solved for: no condition that remains is linear in it";
   }
   return "";
@@ -91,7 +94,7 @@ void add_solution_details(const FormulaSheet& sheet, FormulaPrinter& printer, co
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options) {
   std::vector<PrintedSection> sections;
-  FormulaPrinter printer(*sheet.ring, options.style);
+  FormulaPrinter printer(*sheet.ring, options.style, options.collected);
   for (const SheetSection& source : sheet.sections) {
     PrintedSection printed{source.section, source.heading, {},
                            source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
@@ -255,6 +258,36 @@ void add_natural_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     sheet.notes.push_back("couplings relate angles, which points do not have: they are not among Phi");
 }
 
+/// What vanishes with a number that is zero in the spec, and is a symbol nevertheless.
+void add_zero_notes(FormulaSheet& sheet) {
+  constexpr std::size_t max_listed = 8;
+  for (std::size_t s = 0; s < sheet.ring->symbols().size(); ++s) {
+    const Symbol& symbol = sheet.ring->symbols()[s];
+    if (symbol.value != 0 || symbol.kind >= SymbolKind::slide) continue;
+    std::vector<std::string> vanishing, shorter;
+    for (const SheetSection& section : sheet.sections)
+      for (const SheetFormula& formula : section.formulas) {
+        const auto& terms = formula.value.terms();
+        const auto vanishes = [s](const Term& term) { return term.monomial.exponent_of(static_cast<int>(s)) > 0; };
+        const auto count = static_cast<std::size_t>(std::count_if(terms.begin(), terms.end(), vanishes));
+        if (count == 0 || formula.name.empty()) continue;
+        (count == terms.size() && formula.products.empty() ? vanishing : shorter).push_back(formula.label());
+      }
+    if (vanishing.empty() && shorter.empty()) continue;
+    const auto list = [](const std::vector<std::string>& labels) {
+      std::string text;
+      for (std::size_t k = 0; k < labels.size() && k < max_listed; ++k) text += (k > 0 ? ", " : "") + labels[k];
+      if (labels.size() > max_listed) text += " and " + std::to_string(labels.size() - max_listed) + " more";
+      return text;
+    };
+    sheet.notes.push_back(symbol.name + " is 0 in the spec: " +
+                          (vanishing.empty() ? "" : list(vanishing) + " vanish" + (vanishing.size() == 1 ? "es" : "")) +
+                          (vanishing.empty() || shorter.empty() ? "" : ", and ") +
+                          (shorter.empty() ? "" : "terms of " + list(shorter) + (vanishing.empty() ? " vanish" : "")) +
+                          " with it");
+  }
+}
+
 void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   if (sheet.natural) add_natural_notes(mechanism, sheet);
   if (sheet.regressor)
@@ -287,6 +320,7 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     }
     sheet.notes.push_back(sheet.ring->angle(relation.angle).name + " = " + sum + ", up to whole turns");
   }
+  add_zero_notes(sheet);
 }
 
 }  // namespace

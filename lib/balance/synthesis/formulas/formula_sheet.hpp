@@ -126,8 +126,9 @@ struct PrintedSection {
 
 struct PrintOptions {
   PrintStyle style = PrintStyle::text;
-  bool with_values = false;      ///< the spec's numbers instead of symbols
-  std::size_t max_terms = 1000;  ///< per section; longer sections are left out
+  bool with_values = false;         ///< the spec's numbers instead of symbols
+  std::vector<int> collected = {};  ///< symbols by whose powers sums are grouped
+  std::size_t max_terms = 1000;     ///< per section; longer sections are left out
 };
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});
