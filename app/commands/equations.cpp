@@ -454,21 +454,6 @@ FormulaSource read_solvable_source(const FormulaOptions& options, const std::str
   return solvable;
 }
 
-/// @throws UsageError for a name that no symbol has
-std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
-  std::vector<int> found;
-  std::vector<std::string> known;
-  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
-  for (const std::string& name : names) {
-    const auto at = std::find(known.begin(), known.end(), name);
-    if (at == known.end())
-      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
-                                   append_nearest_name(name, known)));
-    found.push_back(static_cast<int>(at - known.begin()));
-  }
-  return found;
-}
-
 /// The conditions of a mechanism with loops or constraints on speeds, as `balance conditions` derives them.
 std::vector<formulas::GoalConditions> derive_goal_conditions(const FormulaOptions& options, const DesignSpace& space) {
   const auto sections = sections_of(options);
@@ -493,11 +478,11 @@ std::vector<formulas::GoalConditions> derive_goal_conditions(const FormulaOption
   return list;
 }
 
-void print_view(const FormulaOptions& options, const FormulaSource& source) {
-  const Study& study = source.space.start;
+formulas::FormulaSheet make_sheet(const FormulaOptions& options, const FormulaSource& source,
+                                  std::vector<formulas::SheetSectionKind> sections) {
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
-  const std::vector<formulas::SheetSectionKind> sections = sections_of(options);
+  const Study& study = source.space.start;
   std::vector<model::GeneralisedSpeed> speeds;
   if (!options.speeds.empty()) {
     speeds = specification::read_speeds(options.speeds, "--speeds", study);
@@ -507,18 +492,52 @@ void print_view(const FormulaOptions& options, const FormulaSource& source) {
   }
   formulas::FormulaSheet sheet =
       formulas::make_sheet(study.mechanism, source.texts,
-                           {sections, expressions, source.solve, options.independent,
+                           {std::move(sections), expressions, source.solve, options.independent,
                             derive_goal_conditions(options, source.space), std::move(speeds)});
   for (const study::TemporaryPayload& payload : study.temporary_payloads)
     sheet.notes.push_back(
         fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
+  return sheet;
+}
+
+/// @throws UsageError for a name that no symbol has
+std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
+  std::vector<int> found;
+  std::vector<std::string> known;
+  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
+                                   append_nearest_name(name, known)));
+    found.push_back(static_cast<int>(at - known.begin()));
+  }
+  return found;
+}
+
+void print_view(const FormulaOptions& options, const FormulaSource& source) {
+  const Study& study = source.space.start;
+  formulas::FormulaSheet sheet = make_sheet(options, source, sections_of(options));
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
   print_options.collected = find_symbols(*sheet.ring, options.collect);
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
   reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
-                                              {.with_perturbed_parameters = !options.numbers});
+  const auto check = [&] {
+    view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
+                                                {.with_perturbed_parameters = !options.numbers});
+  };
+  check();
+  if (!view.check.is_consistent && options.only.empty() && !sheet.pivots.empty()) {
+    // the steps of an elimination can be checked at fewer poses than what they are made of
+    using enum formulas::SheetSectionKind;
+    const std::string reason = "solved and reduced are left out: " + view.check.reason;
+    sheet = make_sheet(options, source, {inertia, velocity, gravity, closures});
+    sheet.notes.push_back(reason);
+    print_options.collected = find_symbols(*sheet.ring, options.collect);
+    view.sections = print_sheet(sheet, print_options);
+    check();
+  }
   if (!view.check.is_consistent)
     throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
                                                       view.check.reason, view.check.states, view.check.error));

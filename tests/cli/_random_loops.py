@@ -141,12 +141,12 @@ def engine(path, changes, state):
     if done.returncode != 0:
         return done.stderr
     answer = json.loads(done.stdout)
-    return {"independent": answer["independent"], "torques": {name: one["sum"] for name, one in answer.get("torques", {}).items()}}
+    return {"independent": answer["independent"], "pose": list(answer["configuration"].values()), "torques": {name: one["sum"] for name, one in answer.get("torques", {}).items()}}
 
 
 def python_torques(text, values, rates, accelerations):
-    """What a printed Python program says, by the names of its motors, in the order of its docstring."""
-    call = f"\nprint(__import__('json').dumps(torques(prepare(GIVEN), {values}, {rates}, {accelerations})[0]))\n"
+    """What a printed Python program says: torques of the motors, in their order, and the pose."""
+    call = f"\nprint(__import__('json').dumps(torques(prepare(GIVEN), {values}, {rates}, {accelerations})))\n"
     done = subprocess.run([sys.executable, "-c", text.split("\nif __name__")[0] + call], text=True, check=False, capture_output=True)
     return json.loads(done.stdout) if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 
@@ -204,6 +204,10 @@ def compare(path, spec, folder, rng):
             right = list(expected["torques"].values())
             if isinstance(found, str) and "NotSolved" in found:
                 continue  # a singularity lies between the start and this state
+            if isinstance(found, list):
+                found, pose = found
+                if any(min(abs(math.remainder(a - b, 2 * math.pi)) for b in expected["pose"]) > 1e-6 for a in pose):
+                    continue  # another assembly mode is nearer to the rough values than the one that continues the start's
             if isinstance(found, str) or any(abs(a - b) > 1e-9 * max(1e-2, *map(abs, right)) for a, b in zip(found, right, strict=True)):
                 return f"{language}: {found} in place of {right}"
     return None

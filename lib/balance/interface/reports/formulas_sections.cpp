@@ -205,6 +205,11 @@ std::string formulas_latex(const FormulasReportData& view) {
 
 std::string formulas_json(const FormulasReportData& view) {
   Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
+  if (!view.sheet->independent.empty()) {
+    json["independent"] = Json::array();
+    for (const int column : view.sheet->independent)
+      json["independent"].push_back(view.sheet->equations.tree.columns[static_cast<std::size_t>(column)]);
+  }
   json["sections"] = Json::array();
   for (const PrintedSection& section : view.sections) {
     json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},

@@ -97,7 +97,7 @@ std::vector<VectorX> find_closed_poses(const Ring& ring, const Mechanism& mechan
   std::uniform_real_distribution<double> uniform(-max_start_offset, max_start_offset);
   for (std::size_t attempt = 0; attempt < max_attempts_per_pose * count && poses.size() < count; ++attempt) {
     VectorX y = rough_pose(mechanism, e);
-    for (double& x : y) x += uniform(random);
+    for (double& x : y) x += attempt == 0 ? 0 : uniform(random);
     if (close_loops(ring, e, y)) poses.push_back(std::move(y));
   }
   return poses;

@@ -34,7 +34,7 @@ VectorX rough_pose(const Mechanism& mechanism, const SymbolicEquations& equation
 /// @return whether they close there
 bool close_loops(const Ring& ring, const SymbolicEquations& equations, VectorX& y);
 
-/// Closed poses near the spec's rough values, at most `count`.
+/// Closed poses near the spec's rough values, at most `count`; first the one that is nearest to them.
 std::vector<VectorX> find_closed_poses(const Ring& ring, const Mechanism& mechanism, const SymbolicEquations& equations,
                                        std::size_t count, std::uint64_t seed);
 

@@ -84,6 +84,12 @@ Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
   return Polynomial::of_terms(p.ring(), std::move(terms));
 }
 
+Mechanism without_speed_constraints(Mechanism mechanism) {
+  mechanism.constraints.clear();
+  for (Joint& joint : mechanism.joints) joint.slips = true;
+  return mechanism;
+}
+
 // Which columns are independent.
 
 namespace {
@@ -111,11 +117,8 @@ std::vector<std::size_t> list_candidates(const Mechanism& mechanism, const Symbo
     if (std::find(names.begin(), names.end(), mechanism.coordinates[c].name) != names.end())
       add_coordinate(static_cast<int>(c));
   if (!names.empty()) return candidates;
-  Mechanism holonomic = mechanism;
-  holonomic.constraints.clear();
-  for (Joint& joint : holonomic.joints) joint.slips = true;
   try {
-    const InverseDynamics engine(holonomic);
+    const InverseDynamics engine(without_speed_constraints(mechanism));
     for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
       if (const auto& names = engine.independent();
           std::find(names.begin(), names.end(), mechanism.coordinates[c].name) != names.end())
@@ -145,18 +148,24 @@ Eigen::Index remove_singular_poses(std::vector<VectorX>& poses, std::vector<Matr
   return rank;
 }
 
-/// As many independent rows of the dependent columns.
-std::vector<std::size_t> choose_rows(const MatrixX& A, const std::vector<std::size_t>& columns) {
+MatrixX select(const MatrixX& A, const std::vector<std::size_t>& rows, const std::vector<std::size_t>& columns) {
+  MatrixX selected(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns.size()));
+  for (Eigen::Index r = 0; r < selected.rows(); ++r)
+    for (Eigen::Index c = 0; c < selected.cols(); ++c)
+      selected(r, c) = A(static_cast<Eigen::Index>(rows[static_cast<std::size_t>(r)]),
+                         static_cast<Eigen::Index>(columns[static_cast<std::size_t>(c)]));
+  return selected;
+}
+
+/// As many rows of the dependent columns, independent at all poses.
+std::vector<std::size_t> choose_rows(const std::vector<MatrixX>& jacobians, const std::vector<std::size_t>& columns) {
   std::vector<std::size_t> rows;
-  MatrixX chosen(0, static_cast<Eigen::Index>(columns.size()));
-  for (Eigen::Index r = 0; r < A.rows(); ++r) {
-    MatrixX extended(chosen.rows() + 1, chosen.cols());
-    extended.topRows(chosen.rows()) = chosen;
-    for (Eigen::Index j = 0; j < chosen.cols(); ++j)
-      extended(chosen.rows(), j) = A(r, static_cast<Eigen::Index>(columns[static_cast<std::size_t>(j)]));
-    if (rank_of(extended) < extended.rows()) continue;
-    chosen = extended;
-    rows.push_back(static_cast<std::size_t>(r));
+  for (std::size_t r = 0; r < static_cast<std::size_t>(jacobians.front().rows()); ++r) {
+    rows.push_back(r);
+    const bool is_independent = std::all_of(jacobians.begin(), jacobians.end(), [&](const MatrixX& A) {
+      return rank_of(select(A, rows, columns)) == static_cast<Eigen::Index>(rows.size());
+    });
+    if (!is_independent) rows.pop_back();
   }
   return rows;
 }
@@ -170,17 +179,18 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
   const Eigen::Index rank = remove_singular_poses(poses, jacobians);
   ClosureChoice choice;
   choice.poses = std::move(poses);
-  const MatrixX& A = jacobians.front();
-  const Eigen::Index columns = A.cols();
-  MatrixX stacked = A;
+  const Eigen::Index columns = jacobians.front().cols();
+  const auto determines_more = [&](const MatrixX& A) {
+    MatrixX stacked(A.rows() + static_cast<Eigen::Index>(choice.independent.size()), columns);
+    stacked.topRows(A.rows()) = A;
+    for (Eigen::Index k = A.rows(); k < stacked.rows(); ++k)
+      stacked.row(k) = Eigen::RowVectorXd::Unit(columns, choice.independent[static_cast<std::size_t>(k - A.rows())]);
+    return rank_of(stacked) == rank + static_cast<Eigen::Index>(choice.independent.size());
+  };
   for (const std::size_t c : list_candidates(mechanism, tree, names)) {
-    const auto chosen = static_cast<Eigen::Index>(choice.independent.size());
-    if (chosen == columns - rank) break;
-    MatrixX extended(stacked.rows() + 1, columns);
-    extended << stacked, Eigen::RowVectorXd::Unit(columns, static_cast<Eigen::Index>(c));
-    if (rank_of(extended) <= rank + chosen) continue;
-    stacked = extended;
+    if (static_cast<Eigen::Index>(choice.independent.size()) == columns - rank) break;
     choice.independent.push_back(static_cast<int>(c));
+    if (!std::all_of(jacobians.begin(), jacobians.end(), determines_more)) choice.independent.pop_back();
   }
   if (choice.independent.size() != static_cast<std::size_t>(columns - rank) ||
       (!names.empty() && names.size() != choice.independent.size()))
@@ -190,7 +200,7 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
   for (std::size_t c = 0; c < tree.columns.size(); ++c)
     if (!std::binary_search(choice.independent.begin(), choice.independent.end(), static_cast<int>(c)))
       choice.dependent.push_back(c);
-  choice.rows = choose_rows(A, choice.dependent);
+  choice.rows = choose_rows(jacobians, choice.dependent);
   if (choice.rows.size() != choice.dependent.size())
     throw FormulaError("the loops do not determine the dependent coordinates");
   return choice;
@@ -344,11 +354,13 @@ class ClosureElimination::Implementation {
     for (const PoseValues& pose : samples_) size = std::max(size, std::abs(pose(p)));
     return size;
   }
-  double min_size(const Polynomial& p) const {
+  /// At the first `count` poses.
+  double min_size(const Polynomial& p, std::size_t count) const {
     double size = std::numeric_limits<double>::infinity();
-    for (const PoseValues& pose : samples_) size = std::min(size, std::abs(pose(p)));
+    for (std::size_t k = 0; k < count; ++k) size = std::min(size, std::abs(samples_[k](p)));
     return size;
   }
+  double min_size(const Polynomial& p) const { return min_size(p, samples_.size()); }
 
   /// A symbol for a value; the value itself if that is a single term.
   Polynomial define(const std::string& name, const std::string& indices, Polynomial value, Polynomial divisor = 1,
@@ -438,7 +450,8 @@ class ClosureElimination::Implementation {
     block.lower.assign(size, Row(size));
     for (std::size_t s = 0; s < size; ++s) {
       exchange_for_pivot(block, A, s);
-      pivots_.push_back({A[s][s], max_size(A[s][s])});
+      const double least = min_size(A[s][s]);
+      pivots_.push_back({A[s][s], least > rank_threshold * max_size(A[s][s]) ? least : min_size(A[s][s], 1)});
       for (std::size_t r = s + 1; r < size; ++r) {
         if (A[r][s].is_zero()) continue;
         block.lower[r][s] = define_working(A[r][s], A[s][s]);
@@ -450,20 +463,29 @@ class ClosureElimination::Implementation {
     block.upper = std::move(A);
   }
 
-  void exchange_for_pivot(ClosureBlock& block, Matrix& A, std::size_t s) {
+  /// Sizes of the entries that are left, relative to their rows, at the first `count` poses.
+  MatrixX relative_sizes(const Matrix& A, std::size_t s, std::size_t count) const {
     const std::size_t size = A.size();
-    double best = 0;
-    MatrixX quality = MatrixX::Zero(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(size));
-    const auto at = [&](std::size_t r, std::size_t c) -> double& {
-      return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
-    };
+    MatrixX sizes = MatrixX::Zero(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(size));
     for (std::size_t r = s; r < size; ++r) {
       double row_size = 0;
       for (std::size_t c = s; c < size; ++c) row_size = std::max(row_size, max_size(A[r][c]));
-      for (std::size_t c = s; c < size; ++c)
-        if (row_size > 0) best = std::max(best, at(r, c) = min_size(A[r][c]) / row_size);
+      for (std::size_t c = s; c < size && row_size > 0; ++c)
+        sizes(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = min_size(A[r][c], count) / row_size;
     }
+    return sizes;
+  }
+
+  void exchange_for_pivot(ClosureBlock& block, Matrix& A, std::size_t s) {
+    const std::size_t size = A.size();
+    MatrixX quality = relative_sizes(A, s, samples_.size());
+    // other poses may be of another assembly mode, where other entries are large
+    if (quality.maxCoeff() < rank_threshold) quality = relative_sizes(A, s, 1);
+    const double best = quality.maxCoeff();
     if (best < rank_threshold) throw FormulaError("the closures are singular");
+    const auto at = [&](std::size_t r, std::size_t c) {
+      return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+    };
     std::size_t row = s, column = s, fewest = std::numeric_limits<std::size_t>::max();
     for (std::size_t r = s; r < size; ++r)
       for (std::size_t c = s; c < size; ++c) {

@@ -31,7 +31,10 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
 ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mechanism,
                                          const SymbolicEquations& equations, const std::vector<std::string>& names);
 
-/// A divisor of the elimination and its usual size. It vanishes at singular poses, and may vanish at others.
+/// The mechanism with its joints alone: wheels may slip, and speeds are free.
+Mechanism without_speed_constraints(Mechanism mechanism);
+
+/// A divisor of the elimination and its size near the spec's rough values. It vanishes at singular poses, and may vanish at others.
 struct EliminationPivot {
   Polynomial value;
   double size = 0;

@@ -1,5 +1,6 @@
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/synthesis/formulas/closure_solution.hpp"
 #include "balance/synthesis/formulas/reduced_equations.hpp"
 #include "balance/synthesis/formulas/solved_conditions.hpp"
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <set>
+#include <stdexcept>
 
 namespace balance::formulas {
 
@@ -435,7 +437,23 @@ std::unique_ptr<ClosureElimination> eliminate_closures(const Mechanism& mechanis
   }
 }
 
-SheetSection derive_reduced_section(const SheetOptions& options, FormulaSheet& sheet, ClosureElimination& elimination) {
+/// Whether the engine, with which the equations are compared, takes these coordinates as independent.
+bool has_engine(const Mechanism& mechanism, const FormulaSheet& sheet, const ClosureElimination& elimination) {
+  InverseOptions options;
+  for (const int column : elimination.independent()) {
+    const int coordinate = sheet.equations.tree.coordinates[static_cast<std::size_t>(column)];
+    options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(coordinate)].name);
+  }
+  try {
+    const InverseDynamics engine(without_speed_constraints(mechanism), options);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+SheetSection derive_reduced_section(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet,
+                                    ClosureElimination& elimination) {
   SheetSection section{
       SheetSectionKind::reduced,
       "Torques of " + independent_names(sheet.equations, elimination.independent()) + " in the independent coordinates",
@@ -445,6 +463,12 @@ SheetSection derive_reduced_section(const SheetOptions& options, FormulaSheet& s
   section.terms = estimate_reduced_terms(sheet.equations, elimination.independent().size());
   section.is_too_long = true;
   if (section.terms > max_reduced_terms) return section;
+  if (!has_engine(mechanism, sheet, elimination)) {
+    section.terms = 0, section.is_too_long = false;
+    sheet.notes.push_back("no reduced: there is no numerical result in " +
+                          independent_names(sheet.equations, elimination.independent()) + " to check it with");
+    return section;
+  }
   try {
     section = make_reduced_section(*sheet.ring, sheet.equations, elimination,
                                    is_section_requested(options, SheetSectionKind::solved));
@@ -548,7 +572,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     add(SheetSectionKind::efforts,
         [&] { return make_effort_section(*sheet.ring, e, *elimination, sheet.solution ? &*sheet.solution : nullptr); });
     if (!e.closure.empty())
-      add(SheetSectionKind::reduced, [&] { return derive_reduced_section(options, sheet, *elimination); });
+      add(SheetSectionKind::reduced, [&] { return derive_reduced_section(mechanism, options, sheet, *elimination); });
     for (const EliminationPivot& pivot : elimination->pivots()) sheet.pivots.emplace_back(pivot.value, pivot.size);
   }
   const bool has_solved = std::any_of(sheet.sections.begin(), sheet.sections.end(), [](const SheetSection& section) {

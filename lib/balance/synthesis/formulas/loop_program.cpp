@@ -469,6 +469,11 @@ bool LoopProgramRunner::follow(const VectorX& x, VectorX& q) {
   return true;
 }
 
+double LoopProgramRunner::regularity(const VectorX& q) {
+  const VectorX values = numerics::singular_values(dependent_columns(closures(q).A));
+  return values.size() == 0 || values[0] == 0 ? 0 : values[values.size() - 1] / values[0];
+}
+
 MatrixX LoopProgramRunner::transformation(const VectorX& q) {
   const MatrixX A = closures(q).A, D = dependent_columns(A);
   MatrixX C = MatrixX::Zero(A.cols(), static_cast<Eigen::Index>(program_.independent.size()));

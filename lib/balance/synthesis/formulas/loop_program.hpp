@@ -46,6 +46,8 @@ class LoopProgramRunner {
   bool close_loops(VectorX& q);
   /// Moves a pose to independent coordinates along a straight line, as the program does. @return whether it arrives
   bool follow(const VectorX& x, VectorX& q);
+  /// Smallest singular value of the dependent coordinates' Jacobian that counts, relative to the largest.
+  double regularity(const VectorX& q);
   /// ẏ = C q̇.
   MatrixX transformation(const VectorX& q);
 

@@ -623,6 +623,8 @@ constexpr double max_step_fraction = 0.1;
 constexpr double max_state_offset = 0.3;
 constexpr int max_state_attempts = 60, max_start_attempts = 40;
 constexpr double max_start_offset_of_program = 0.4;
+/// Smallest singular value of the dependent coordinates' Jacobian at the start, relative to the largest.
+constexpr double min_start_regularity = 2e-3;
 
 /// The mechanism as the program models it.
 Mechanism remove_unmodelled_forces(Mechanism mechanism) {
@@ -713,6 +715,19 @@ std::vector<VectorX> find_start_poses(const Mechanism& mechanism, const Symbolic
   return poses;
 }
 
+/// The first pose that is not nearly singular, where it is uncertain to which side the loops go on; else the most regular
+/// one.
+VectorX choose_start(const std::vector<VectorX>& poses, LoopProgramRunner& runner) {
+  std::size_t best = 0;
+  double best_regularity = 0;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const double regularity = runner.regularity(poses[k]);
+    if (regularity > min_start_regularity) return poses[k];
+    if (regularity > best_regularity) best = k, best_regularity = regularity;
+  }
+  return poses[best];
+}
+
 /// What drives the mechanism: motors at the independent coordinates, motors whose torques are solved for, or, if these
 /// are too few, the independent coordinates themselves.
 void add_motors(const Mechanism& mechanism, const SymbolicTree& tree, LoopProgram& program) {
@@ -752,8 +767,8 @@ LoopProgram make_loop_program(const Mechanism& mechanism, Ring& ring, const Symb
   const ClosureChoice choice =
       choose_independent_columns(mechanism, tree, options.independent, std::move(poses), std::move(jacobians));
   if (choice.independent.empty()) throw FormulaError("the mechanism has no degrees of freedom");
-  program.start = to_row(choice.poses.front());
   program.dependent = choice.dependent;
+  program.start = to_row(choose_start(choice.poses, runner));
   for (const int column : choice.independent) {
     const auto c = static_cast<std::size_t>(column);
     program.independent.push_back(c);
