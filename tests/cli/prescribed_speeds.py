@@ -215,6 +215,20 @@ class Prescribed(Case):
         self.refused(3, "give the parameter another name", "check", self.write("t.yaml", named))
         self.refused(3, "no 'value'", "check", self.write("v.yaml", TABLE.replace("friction:", "speeds: {v: {S: 1, value: 2}}\nfriction:")))
 
+    def test_parts_bring_their_values(self):
+        """Names of a part's parameters change in its values, the time does not."""
+        part = self.write("belt.yaml", BELT.replace("VALUE", '"speed*sin(w*t)"'))
+        spec = self.write("two.yaml", f"""
+space: planar
+include: {{file: {part}, as: [S1, S2], set: {{speed: {{S1: 0.3, S2: -0.1}}}}}}
+actuators: [S1.P.y, S1.P.angle, S2.P.y, S2.P.angle]
+motion: {{duration: 1, samples: 41, from: {{joints: {{S1.P.y: 0, S1.P.angle: 0, S2.P.y: 0, S2.P.angle: 0}}}},
+         to: {{joints: {{S1.P.y: 0.1, S1.P.angle: 0, S2.P.y: 0, S2.P.angle: 0.2}}}}}}
+trajectories: {{go: {{law: cycloidal, drive: joints}}}}
+""")
+        found = self.results("simulate", spec)
+        np.testing.assert_allclose(found["joint_velocity"][:, [0, 3]], np.outer(np.sin(5 * found["time"]), [0.3, -0.1]), rtol=0, atol=1e-12)
+
     def test_units(self):
         """In millimetres and milliseconds the belt is the same."""
         scaled = BELT.replace("space:", "units: {length: mm, time: ms}\nspace:").replace("speed: 0.3, w: 5", "speed: 0.3, w: 0.005")

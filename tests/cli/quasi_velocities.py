@@ -84,7 +84,7 @@ class QuasiVelocities(Case):
         """w = V^T (D q' q' - M V W' q') with W' by differences of fourth order."""
         arm, spatial = self.write("arm.yaml", ARM), self.write("spatial.yaml", SPATIAL)
         cases = [(arm, "AB", (0.3, 0.9), "x: com.x, y: com.y"),
-                 (arm, "AB", (0.3, 0.9), 'p: {A: "l1*cos(A + 2*B)", B: "0.3*l2"}, r: {B: "1 + sin(A)^2", tool.x: 2}'),
+                 (arm, "AB", (0.3, 0.9), 'p: {A: "0.5*cos(A + 2*B)", B: 0.12}, r: {B: "1 + sin(A)^2", tool.x: 2}'),
                  (spatial, "ABS", (0.4, 0.5, 0.1), "x: com.x, y: com.y, z: com.z"),
                  (spatial, "ABS", (0.4, 0.5, 0.1), 'a: {A: "(0.3 + S)*cos(B)"}, b: {B: "0.3 + S"}, s: S'),
                  (FIVE_BAR, ("A1", "A2"), None, "x: com.x, y: com.y")]
@@ -103,6 +103,13 @@ class QuasiVelocities(Case):
                 W_rate = (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * h)
                 expected = V.T @ (forms(start["D"], rates) - np.array(start["M"]) @ V @ W_rate @ rates)
                 np.testing.assert_allclose(forms(own["D"], sigma), expected, rtol=1e-7, atol=1e-8 * max(1e-3, np.abs(expected).max()))
+
+    def test_speeds_of_a_spec_may_have_parameters(self):
+        spec = self.write("p.yaml", ARM + 'speeds: {p: {A: "l1*cos(A + 2*B)", B: "0.3*l2"}, r: B}\n')
+        found = self.at(spec, "A=0.3,B=0.9")["in_speeds"]
+        self.close(found["rows"], [[0.5 * math.cos(2.1), 0.12], [0, 1]])
+        formulas, _ = self.sheet(spec, "--only", "speeds")
+        self.assertIn("W11", formulas)
 
     def test_the_centre_of_mass_of_the_arm(self):
         found = self.at(self.write("arm.yaml", ARM), "A=0.3,B=0.9", "--speeds", "x: com.x, y: com.y")["in_speeds"]
@@ -207,8 +214,9 @@ class QuasiVelocities(Case):
         own, _ = conditions("--goal", "gyroscopic-independent")
         self.assertEqual(sorted(own), ["plate.mx = 0", "plate.my = 0"])
         of_h, told = conditions("--goal", "gyroscopic", "--speeds", "x: tool.x, y: tool.y, w: P.angle")
-        self.assertEqual(sorted(of_h), ["plate.mx - h plate.m = 0", "plate.my - k plate.m = 0"])
+        self.assertEqual(sorted(of_h), ["-h plate.m + plate.mx = 0", "-k plate.m + plate.my = 0"])
         self.assertTrue(any("derivatives of x, y, w" in note for note in told["notes"]))
+        self.assertTrue(any("written in the derivatives of x, y, w" in meaning for meaning in told["meaning"]))
         # in axes that turn with the body, products of speeds remain whatever the masses are
         turning, _ = conditions("--goal", "gyroscopic", "--speeds", "u: plate.C.u, v: plate.C.v, w: P.angle")
         self.assertIn("plate.m = 0", turning)
@@ -264,6 +272,12 @@ class QuasiVelocities(Case):
         done = run("control", self.write("few.yaml", text), "--controller", "c")
         self.assertEqual(done.returncode, 4)
         self.assertIn("1 speeds for 2 degrees of freedom", done.stderr)
+        with open(os.path.join(CONFIGS, "rolling-cart.yaml")) as file:
+            cart = file.read()
+        rolling = self.write("rolling.yaml", cart + "\ncontrollers: {c: {type: computed-torque, speeds: {x: tool.x, y: tool.y}}}\n")
+        done = run("control", rolling, "--controller", "c")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("rates are constrained and positions are not", done.stderr)
 
     def test_what_cannot_be_is_refused(self):
         arm = self.write("arm.yaml", ARM)

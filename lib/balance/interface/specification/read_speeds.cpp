@@ -23,7 +23,6 @@ struct VelocityComponent {
 };
 
 using enum model::GeneralisedSpeedTerm::Kind;
-constexpr const char* value_key = "value";  ///< of a constraint
 constexpr VelocityComponent velocity_components[]{
     {"x", velocity, 0, true, true},
     {"y", velocity, 1, true, true},
@@ -218,8 +217,6 @@ void read_pose_factor(const SpecCursor& at, const std::vector<CoordinateId>& var
   term.pose_variables = variables;
 }
 
-constexpr const char* time_name = "t";
-
 /// What a constrained sum equals: a number, or an expression of the time t [s].
 void read_value(const SpecCursor& at, Dimension dimension, StudyBuilder& draft,
                 model::GeneralisedSpeedOf<Expression>& speed) {
@@ -263,10 +260,10 @@ model::GeneralisedSpeedOf<Expression> read_speed(const Member& member, SpeedUse 
       list_members(member.value, "a joint coordinate, a component of a motion, or a mapping of these to factors");
   std::optional<SpecCursor> value;
   const auto& coordinates = draft.mechanism().coordinates;
-  const bool has_value_coordinate =
-      std::any_of(coordinates.begin(), coordinates.end(), [](const Coordinate& c) { return c.name == value_key; });
+  const bool has_value_coordinate = std::any_of(coordinates.begin(), coordinates.end(),
+                                                [](const Coordinate& c) { return c.name == constraint_value_key; });
   std::erase_if(members, [&](const Member& one) {
-    if (one.name != value_key || has_value_coordinate) return false;
+    if (one.name != constraint_value_key || has_value_coordinate) return false;
     if (use != SpeedUse::constraint)
       one.key.fail({.expected = "no 'value': only a constraint has one", .found = quote_for_message(one.name)});
     value = one.value;

@@ -5,6 +5,10 @@
 
 namespace balance::specification {
 
+inline constexpr const char* constraint_value_key = "value";
+/// The time [s] in the value of a constraint.
+inline constexpr const char* time_name = "t";
+
 /// Quasi-velocities may contain the velocity of the centre of mass and factors that depend on the pose; constraints may
 /// have a value.
 enum class SpeedUse { quasi_velocity, constraint };

@@ -245,6 +245,12 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
                 " controller needs an actuator for every degree of freedom: there are " + std::to_string(motors) +
                 " for " + std::to_string(model_.freedoms()),
             {}};
+  if (task_ && has_velocity_constraints(mechanism_))
+    return {MotionStatus::mismatch,
+            0,
+            "a controller with speeds needs positions that follow from those of the actuators, but here rates are "
+            "constrained and positions are not",
+            {}};
   if (task_ && task_->size() != model_.freedoms())
     return {MotionStatus::mismatch,
             0,

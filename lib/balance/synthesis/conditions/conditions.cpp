@@ -150,10 +150,10 @@ class ConditionDerivation {
       out_.notes.push_back("the goals do not depend on the choice of speeds");
       return;
     }
-    std::string names;
     for (const model::GeneralisedSpeed& speed : options_.speeds.in(mechanism_))
-      names += (names.empty() ? "" : ", ") + speed.name;
-    out_.notes.push_back("velocity terms and inertia: when the efforts are written in the derivatives of " + names);
+      out_.speeds += (out_.speeds.empty() ? "" : ", ") + speed.name;
+    out_.notes.push_back("velocity terms and inertia: when the efforts are written in the derivatives of " +
+                         out_.speeds);
   }
 
   const Mechanism& mechanism_;

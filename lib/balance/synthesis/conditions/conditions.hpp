@@ -28,6 +28,7 @@ struct Conditions {
   ConditionsStatus status = ConditionsStatus::unsolved;
   std::string reason;  ///< one sentence, unless done
   std::vector<Goal> goals;
+  std::string speeds;  ///< names of those in whose derivatives efforts are written; empty: none are chosen
   std::vector<dynamics::Parameter> parameters;  ///< P columns: list_terms
   VectorX known_term_values;                    ///< values of the last columns, which are known terms [SI]
   std::vector<bool> variable_terms;             ///< per known term, as in ConditionOptions

@@ -372,6 +372,7 @@ class SpeedDerivation {
       define("Delta", "", det);
       divisor = "Delta";
     }
+    const char* name = columns.size() == n_ ? "V" : "K";  // with nothing else to add, these are the entries of V
     std::vector<Row> rest;
     for (const std::size_t row : rows) rest.push_back(remainder(row));
     for (std::size_t c = 0; c < columns.size(); ++c)
@@ -382,7 +383,7 @@ class SpeedDerivation {
         const bool is_whole = det.size() == 1 && det.terms()[0].wave == 0;
         const Polynomial inverse = is_whole
                                        ? cofactor * power(det, -1)
-                                       : define("K", index_text({columns[c], rows[r]}, n_), cofactor, det, divisor);
+                                       : define(name, index_text({columns[c], rows[r]}, n_), cofactor, det, divisor);
         for (std::size_t s = 0; s < n_; ++s) out_.V[columns[c]][s] += inverse * rest[r][s];
       }
   }
