@@ -220,6 +220,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   }
   for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
   compute_coupling_map();
+  if (model_mechanism_.torque_distribution) distribution_ = model::scale_distribution(model_mechanism_, length_);
 }
 
 MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis) {
@@ -236,7 +237,14 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
                 " controller needs an actuator for every degree of freedom: there are " + std::to_string(motors) +
                 " for " + std::to_string(model_.freedoms()),
             {}};
-  return set_gains(basis);
+  MotionOutcome result = set_gains(basis);
+  if (distribution_ && is_inverse_dynamics_based(controller_))
+    notes_.push_back(
+        motors > model_.freedoms()
+            ? trajectory::describe_over_actuation(motors, model_.freedoms(),
+                                                  model::describe_distribution(model_mechanism_.torque_distribution))
+            : trajectory::describe_determined_efforts(motors, model_.freedoms()));
+  return result;
 }
 
 MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
@@ -403,16 +411,19 @@ bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
     // With more motors than freedoms, their average.
     if (!solve_full_row_rank(rows.transpose() * rows, rows.transpose() * right_hand_side, rate_change)) return false;
   }
-  VectorX efforts;
-  if (!solve_full_row_rank(equation.input, equation.mass * rate_change + equation.bias, efforts)) return false;
-  efforts_ += efforts;
-  return true;
+  return distribute(equation.input, equation.mass * rate_change + equation.bias);
 }
 
 /// Adds efforts that are equivalent to generalised forces on the independent coordinates.
 bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
+  return distribute(model_.equation().input, generalised);
+}
+
+/// Adds efforts u with input · u = forces.
+bool ControlLaw::distribute(const MatrixX& input, const VectorX& forces) {
   VectorX efforts;
-  if (!solve_full_row_rank(model_.equation().input, generalised, efforts)) return false;
+  if (!solve_full_row_rank(input, forces, efforts)) return false;
+  if (distribution_ && input.cols() > input.rows()) efforts = solve_distribution(*distribution_, input, forces);
   efforts_ += efforts;
   return true;
 }
