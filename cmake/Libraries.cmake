@@ -68,8 +68,6 @@ add_library(balance_intervals OBJECT
 target_link_libraries(balance_intervals PRIVATE balance_core)
 target_compile_definitions(balance_intervals PRIVATE BALANCE_INTERVALS)
 balance_compile_options(balance_intervals)
-# The derivatives that a jet does not have are left open; GCC 12 cannot tell when it sanitizes.
-target_compile_options(balance_intervals PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 balance_harden(balance_intervals)
 
 balance_part(files ROOMS foundation/hdf5 interface/specification interface/files STANDS_ON core

@@ -39,7 +39,6 @@ RunResult control_or_throw(const Study& study, const Trajectory& trajectory, con
 ExitCode run(const ControlCommandOptions& options) {
   const SimulateOptions& run_options = options.run;
   const Study study = read_study(run_options.spec);
-  reject_temporary_payloads(study, "a controlled run");
   const Trajectory trajectory = choose_trajectory(run_options, study);
   const Controller controller = choose_controller(study, options.controller);
   check_outputs(run_options, study);

@@ -8,6 +8,7 @@
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/text_file.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
@@ -49,9 +50,11 @@ struct EquationsOptions : StateOptions {
   bool latex = false, force = false, compress = false;
 
   // of formulas only
-  std::string code;  ///< `c` or `python`; empty: none
+  std::string code;         ///< `c` or `python`; empty: none
+  std::string coordinates;  ///< of a program of a mechanism with loops: `independent` or `all`; empty: the first
   bool expand = false, numbers = false, all = false;
-  std::vector<std::string> solve;  ///< numbers for which the conditions of `goal` are solved
+  std::vector<std::string> collect;  ///< symbols by whose powers sums are grouped
+  std::vector<std::string> solve;    ///< numbers for which the conditions of `goal` are solved
   GoalOptions goal;
 };
 
@@ -76,9 +79,13 @@ struct FormulaOptions {
   SpecOptions spec;
   std::vector<std::string> only;
   std::string code;  ///< `c` or `python`; empty: formulas
+  std::string coordinates;
+  std::vector<std::string> independent;
   bool latex = false, numbers = false, expand = false, all = false;
+  std::vector<std::string> collect;
   std::vector<std::string> solve;
   GoalOptions goal;
+  std::string speeds;  ///< empty: the spec's
 };
 
 /// @throws UsageError for unknown sections
@@ -130,7 +137,6 @@ void write(const EquationsOptions& options, const Study& study, const formulas::
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
-  reject_temporary_payloads(study, "equations of motion along a trajectory");
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));
@@ -165,9 +171,11 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
-    return print_formulas({options.spec, options.only, options.code, options.latex, options.numbers, options.expand,
-                           options.all, options.solve, options.goal});
+    return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
+                           options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
+                           options.goal, options.speeds});
   choose_sections(options);
+  if (options.latex && !options.speeds.empty()) throw UsageError("--speeds and --latex cannot be combined with --at");
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
@@ -191,8 +199,9 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts selects sections, --code c prints a\n"
-      "program. Everything printed has been read back and compared with numerical results.\n\n"
+      "closures,solved,conditions,regressor,natural,efforts,reduced,speeds selects sections, --code c\n"
+      "prints a program, which closes the loops. Everything printed has been read back and compared with\n"
+      "numerical results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
@@ -227,7 +236,18 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--json"))
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
+  parser.get_option("--independent")->remove_needs(at);
+  add_choice_validator(
+      parser
+          .add_option("--coordinates", o.coordinates,
+                      "what the program of a mechanism with loops takes: independent coordinates (default) or all")
+          ->type_name("WHICH")
+          ->needs(parser.get_option("--code")),
+      {"independent", "all"});
   parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
+  CLI::Option* collect = parser.add_option("--collect", o.collect, "group sums by powers of these symbols");
+  collect->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
+  collect->excludes(parser.get_option("--code"));
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas of any length")->excludes(at);
   CLI::Option* solve = parser.add_option("--solve", o.solve, "solve the balancing conditions for these numbers");
@@ -245,7 +265,8 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
       ->type_name("NAMES")
       ->allow_extra_args(false)
       ->needs(solve);
-  for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  for (const char* name : {"--constraints", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  parser.get_option("--speeds")->excludes(solve)->excludes(parser.get_option("--code"));
 }
 
 }  // namespace
@@ -260,16 +281,17 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
   };
   CLI::Option* speeds =
       parser
-          .add_option("--speeds", o.speeds,
-                      "also print the equation in these speeds: sums of rates of coordinates and of the tool, such as\n"
-                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          .add_option(
+              "--speeds", o.speeds,
+              "also print the equation in these speeds: sums of rates of coordinates, of the tool and of com, such as\n"
+              "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
           ->check(not_blank);
   parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
       ->check(not_blank)
       ->needs(speeds);
-  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
+  speeds->excludes(parser.get_option("--output"));
 }
 
 }  // namespace
@@ -387,6 +409,8 @@ struct FormulaSource {
 FormulaSource read_source(const FormulaOptions& options, const std::string& text, const ReadOptions& read) {
   FormulaSource source;
   source.space = read_design_space(text, specification::display_name(options.spec.spec), read);
+  Mechanism& mechanism = source.space.start.mechanism;
+  mechanism = model::mechanism_in_interval(mechanism, {}, 0);  // symbols stand for all payloads
   source.texts = read_spec_number_texts(source.space, read);
   return source;
 }
@@ -430,18 +454,90 @@ FormulaSource read_solvable_source(const FormulaOptions& options, const std::str
   return solvable;
 }
 
-void print_view(const FormulaOptions& options, const FormulaSource& source) {
-  const Study& study = source.space.start;
+/// The conditions of a mechanism with loops or constraints on speeds, as `balance conditions` derives them.
+std::vector<formulas::GoalConditions> derive_goal_conditions(const FormulaOptions& options, const DesignSpace& space) {
+  const auto sections = sections_of(options);
+  if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::conditions) == sections.end() ||
+      formulas::is_open_chain(space.start.mechanism))
+    return {};
+  std::vector<formulas::GoalConditions> list;
+  using enum GoalKind;
+  for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) {
+    formulas::GoalConditions one{{kind, false}, {}, {}, ""};
+    GoalOptions goal = options.goal;
+    goal.goals = {study::goal_name(one.goal)};
+    try {
+      reports::ConditionsReportData view = derive_conditions_or_throw(goal, space);
+      one.conditions = std::move(view.conditions);
+      one.names = std::move(view.names);
+    } catch (const MechanismFailure& failure) {
+      one.reason = failure.what();
+    }
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+formulas::FormulaSheet make_sheet(const FormulaOptions& options, const FormulaSource& source,
+                                  std::vector<formulas::SheetSectionKind> sections) {
   const auto expressions =
       options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
-  const formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, source.texts, {sections_of(options), expressions, source.solve});
+  const Study& study = source.space.start;
+  std::vector<model::GeneralisedSpeed> speeds;
+  if (!options.speeds.empty()) {
+    speeds = specification::read_speeds(options.speeds, "--speeds", study);
+  } else if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::speeds) != sections.end()) {
+    speeds = study.speeds;
+    if (speeds.empty()) throw UsageError("--only speeds needs --speeds, or speeds in the spec");
+  }
+  formulas::FormulaSheet sheet =
+      formulas::make_sheet(study.mechanism, source.texts,
+                           {std::move(sections), expressions, source.solve, options.independent,
+                            derive_goal_conditions(options, source.space), std::move(speeds)});
+  for (const study::TemporaryPayload& payload : study.temporary_payloads)
+    sheet.notes.push_back(
+        fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
+  return sheet;
+}
+
+/// @throws UsageError for a name that no symbol has
+std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
+  std::vector<int> found;
+  std::vector<std::string> known;
+  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
+                                   append_nearest_name(name, known)));
+    found.push_back(static_cast<int>(at - known.begin()));
+  }
+  return found;
+}
+
+void print_view(const FormulaOptions& options, const FormulaSource& source) {
+  const Study& study = source.space.start;
+  formulas::FormulaSheet sheet = make_sheet(options, source, sections_of(options));
   formulas::PrintOptions print_options;
   print_options.with_values = options.numbers;
+  print_options.collected = find_symbols(*sheet.ring, options.collect);
   if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
   reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
-                                              {.with_perturbed_parameters = !options.numbers});
+  const auto check = [&] {
+    view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
+                                                {.with_perturbed_parameters = !options.numbers});
+  };
+  check();
+  if (!view.check.is_consistent && options.only.empty() && !sheet.pivots.empty()) {
+    // the steps of an elimination can be checked at fewer poses than what they are made of
+    using enum formulas::SheetSectionKind;
+    const std::string reason = "solved and reduced are left out: " + view.check.reason;
+    sheet = make_sheet(options, source, {inertia, velocity, gravity, closures});
+    sheet.notes.push_back(reason);
+    print_options.collected = find_symbols(*sheet.ring, options.collect);
+    view.sections = print_sheet(sheet, print_options);
+    check();
+  }
   if (!view.check.is_consistent)
     throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
                                                       view.check.reason, view.check.states, view.check.error));
@@ -463,16 +559,23 @@ ExitCode print_formulas(const FormulaOptions& options) {
   FormulaSource source = read_source(options, text, read_options(options.spec));
   if (!options.solve.empty()) source = read_solvable_source(options, text, source);
   const Study& study = source.space.start;
-  reject_temporary_payloads(study, "equations of motion");
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
+  for (const std::string& name : options.independent)
+    if (const auto names = coordinate_names(study.mechanism);
+        std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError(fmt::format("--independent: there is no coordinate {}{}", quote_for_message(name),
+                                   append_nearest_name(name, names)));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   try {
     if (options.code.empty()) {
       print_view(options, source);
     } else {
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      print(formulas::generate_program(study.mechanism, source.texts, language));
+      const auto coordinates =
+          options.coordinates == "all" ? formulas::ProgramCoordinates::all : formulas::ProgramCoordinates::independent;
+      print(formulas::generate_program(study.mechanism, source.texts, language, nullptr,
+                                       {coordinates, options.independent, simulation::start_coordinates(study)}));
     }
   } catch (const formulas::FormulaError& error) {
     throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());

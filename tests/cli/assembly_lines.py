@@ -70,6 +70,22 @@ class AssemblyLines(Case):
                 several += self.assert_every_line_picks_its_mode(name, text) > 1
         self.assertGreater(several, 5 if WHOLE else 1)
 
+    def test_the_motions_that_it_names_can_be_made_from_the_line_and_the_others_cannot(self):
+        for name in ("5r.yaml", "four-bar.yaml", "watt-six-bar.yaml"):
+            with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:
+                text = file.read()
+            spec = self.write(name, text)
+            motions = re.findall(r"can follow", run("check", spec).stdout)
+            self.assertGreater(len(motions), 0, name)
+            for mode in self.check(name, text):
+                there = self.write(f"there-{name}", pasted(text, mode["assembly"]))
+                for trajectory in json.loads(run("check", there, "--json").stdout)["modes"][0]["motions"]:
+                    self.assertIn(trajectory, mode["motions"])
+                for trajectory in ("cycloid", "bang-bang"):
+                    done = run("simulate", there, "-t", trajectory, "--samples", "11", "-q")
+                    if "no trajectory" not in done.stderr:
+                        self.assertEqual(done.returncode == 0, trajectory in mode["motions"], f"{name} {trajectory} {done.stderr}")
+
     def test_of_a_spec_in_millimetres_and_degrees(self):
         self.assertGreater(self.assert_every_line_picks_its_mode("leg.yaml", LEG), 1)
 

@@ -20,6 +20,13 @@ class GeometryMessages(Case):
         self.assert_failure(done, 4, "the start pose cannot be reached: it asks for the tool at (3, 4) m (nearest is (1.2, 1.6) m)",
                             "there one and two are in line at B")
 
+    def test_an_end_out_of_reach_is_said_with_the_nearest_place_and_how_far_it_is(self):
+        # the arm with its end at (3, 4) instead of its start
+        spec = self.write("arm.yaml", SHORT_ARM.replace("from: {tool: [3, 4]}", "from: {tool: [0.5, 0.6]}").replace(
+            "to: {tool: [1, 1]}", "to: {tool: [3, 4]}"))
+        self.assert_failure(run("simulate", spec), 4, "the end pose cannot be reached: it asks for the tool at (3, 4) m",
+                            "(nearest is (1.2, 1.6) m), 3 m out of reach", "there one and two are in line at B")
+
     def test_a_joint_beyond_its_dead_point_names_the_nearest_value_and_the_links_in_line(self):
         found = self.stopped((1, 0.5, 0.4, 0.4), 2, 2.5)
         nearest = re.search(r"it asks for A 2 rad \(nearest is (\S+) rad\); there (.*)", found)

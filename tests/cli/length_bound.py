@@ -135,13 +135,19 @@ class LengthBounds(Case):
                 self.assertLessEqual(point["lower_bound"], point["values"][0] * (1 + 1e-9))
         self.assertIn("bound of a: the proof covers", run("design", file).stdout)
 
-    def test_the_design_file_has_it(self):
-        file = self.path("design.h5")
-        self.assert_quiet_success(run("design", spec("four_hi_4"), "--h5", file, "-q"))
-        with h5py.File(file) as written:
-            bound = written["length_bound"]
-            self.assertEqual(list(bound.attrs["covers"]), ["general lengths"])
-            self.assertAlmostEqual(bound["lower_bound"][-1], 1.43994, places=5)
+    def test_the_design_file_has_what_json_has(self):
+        for name in ("four_hi_4", "shaking_four_bar"):
+            file = self.path(f"{name}.h5")
+            done = run("design", spec(name), "--h5", file, "--json")
+            told = json.loads(done.stdout)["length_bound"]
+            with h5py.File(file) as written:
+                bound = written["length_bound"]
+                self.assertEqual(list(bound.attrs["covers"]), told["covers"])
+                self.assertEqual(bound.attrs["coverage"], told["coverage"])
+                self.assertEqual(bound["lower_bound"][-1], told["lower_bound"])
+                self.assertEqual(bound["best"][-1], told["best"])
+                self.assertEqual(bound["lower_bound"].attrs["units"], told["unit"])
+                self.assertEqual(bound["boxes"][()], told["boxes"])
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ class Forms(Case):
         found, answer = self.solve(self.planar(), "static", "lg1", "lg2", "lg3")
         self.assert_forms(found["solutions"], {"lg1": "-l1 (m2 + m3)/m1", "lg2": "-l2 m3/m2", "lg3": "0"})
         self.assertEqual(found["solutions"][""], [])
-        self.assertEqual(sorted(answer["sections"][0]["nonzero"]), ["m1", "m2"])
+        self.assertEqual(sorted(answer["sections"][0]["nonzero"]), ["m1", "m2", "m3"])  # m3 lg3 = 0
 
     def test_P1_eq_26_and_28(self):
         found, _ = self.solve(self.planar(), "decoupled", "lg1", "lg2", "lg3", "beta", "gamma")

@@ -81,7 +81,32 @@ TEST_CASE("what is printed reads as what it was") {
     CHECK_MESSAGE(evaluate_text(FormulaPrinter(r.ring).print_numbers(q), names) ==
                       doctest::Approx(evaluate_polynomial(q)).epsilon(1e-11),
                   text);
+    const std::string collected = FormulaPrinter(r.ring, PrintStyle::text, {1, 0}).print(q);
+    CHECK_MESSAGE(evaluate_text(collected, names) == doctest::Approx(evaluate_polynomial(q)).epsilon(1e-11), collected);
+    const Polynomial divisor = r.draw(1 + round % 3) + Polynomial(2), factor = r.draw(1 + round % 4);
+    const double ratio = evaluate_polynomial(p) / evaluate_polynomial(divisor);
+    const std::string quotient = FormulaPrinter(r.ring).print_ratio(p, divisor),
+                      product = FormulaPrinter(r.ring).print_product(p, divisor, factor);
+    CHECK_MESSAGE(evaluate_text(quotient, names) == doctest::Approx(ratio).epsilon(1e-10), quotient);
+    CHECK_MESSAGE(evaluate_text(product, names) == doctest::Approx(ratio * evaluate_polynomial(factor)).epsilon(1e-10),
+                  product);
   }
+}
+
+TEST_CASE("fractions stand below the line, and the minuend of a difference comes first") {
+  Ring ring;
+  for (const char* name : {"a", "b", "c"}) ring.add_symbol(name, SymbolKind::length, 1);
+  const Polynomial a = Polynomial::of_symbol(ring, 0), b = Polynomial::of_symbol(ring, 1),
+                   c = Polynomial::of_symbol(ring, 2);
+  const Polynomial half = Rational(1, 2), minus = -1;
+  FormulaPrinter printer(ring);
+  CHECK(printer.print(minus * half * a * (b + c)) == "-a (b + c)/2");
+  CHECK(printer.print(half * power(c, -1) * a * b) == "a b/(2 c)");
+  CHECK(printer.print(minus * Polynomial(2) * a * b + Polynomial(2) * a * c) == "2 a (c - b)");
+  CHECK(printer.print(b - a) == "b - a");
+  CHECK(printer.print_ratio(half * a + b, c) == "(a + 2 b)/(2 c)");
+  CHECK(printer.print_product(minus * a, half * c, a + b) == "-2 a (a + b)/c");
+  CHECK(FormulaPrinter(ring, PrintStyle::text, {2}).print((a + b) * c * c + a * c) == "c^2 (a + b) + a c");
 }
 
 TEST_CASE("a fraction that does not fit is reported, never rounded") {

@@ -117,3 +117,38 @@ TEST_CASE("what is not solved says why, and what remains is what the solution le
     CHECK(l.solve({"a x - b", "2 c a x - 2 c b"}, {"x"}).remaining.empty());
   }
 }
+
+TEST_CASE("of a product that must vanish, the factor is zero that is zero with the spec's numbers") {
+  Letters l;
+  SUBCASE("the mass of a counterweight beside its line is not zero: y is") {
+    l.ring.set_value(l.symbol("z"), 0);
+    const auto solution = l.solve({"x y + a", "x z"}, {"x", "y"});
+    REQUIRE(solution.solved.size() == 1);
+    CHECK(l.is_value(solution.solved[0], "-a", "y"));
+    REQUIRE(solution.remaining.size() == 1);
+    CHECK(solution.remaining[0] == l.read("a z"));
+  }
+  SUBCASE("alone it is not solved, and the reason is said") {
+    l.ring.set_value(l.symbol("z"), 0);
+    const auto solution = l.solve({"x z"}, {"x"});
+    CHECK(solution.solved.empty());
+    CHECK(solution.unsolved.at(0).reason == UnsolvedReason::vanishing_slope);
+    CHECK(solution.remaining.size() == 1);
+  }
+  SUBCASE("otherwise the unknown is, and the factor must not vanish") {
+    const auto solution = l.solve({"x z"}, {"x"});
+    REQUIRE(solution.solved.size() == 1);
+    CHECK(solution.solved[0].value.is_zero());
+    REQUIRE(solution.nonzero.size() == 1);
+    CHECK(solution.nonzero[0] == l.read("z"));
+  }
+}
+
+TEST_CASE("factors by which was divided are listed only where the unknowns depend on them") {
+  Letters l;
+  // where b vanishes, any x is a solution; a is the first pivot, but the determinant does not need it
+  CHECK(l.solve({"b (a x + c)"}, {"x"}).nonzero.size() == 2);
+  const auto solution = l.solve({"a x + b y", "d x + e y"}, {"x", "y"});
+  REQUIRE(solution.nonzero.size() == 1);
+  CHECK(solution.nonzero[0] == with_coprime_coefficients(l.read("a e - b d")));
+}

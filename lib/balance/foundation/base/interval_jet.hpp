@@ -155,10 +155,18 @@ class IntervalJet {
   static int index(int i, int j) { return i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
   int gradient_size() const { return order_ >= 1 ? variables_ : 0; }
   int hessian_size() const { return order_ >= 2 ? variables_ * (variables_ + 1) / 2 : 0; }
+  // GCC cannot tell that derivatives beyond the sizes, which are left open, are not read.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
   void copy_derivatives(const IntervalJet& b) {
     for (int i = 0; i < gradient_size(); ++i) gradient_[at(i)] = b.gradient_[at(i)];
     for (int k = 0; k < hessian_size(); ++k) hessian_[at(k)] = b.hessian_[at(k)];
   }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
   static IntervalJet shift(const IntervalJet& a, const Interval& b) {
     IntervalJet out = a;
     out.value = a.value + b;

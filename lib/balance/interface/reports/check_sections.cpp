@@ -23,7 +23,8 @@ Json coordinates_json(const std::vector<double>& values, const Mechanism& mechan
 Json mode_json(const verification::AssemblyMode& mode, const Mechanism& mechanism) {
   return {{"coordinates", coordinates_json(mode.coordinates, mechanism)},
           {"assembly", mode.assembly_line},
-          {"selected", mode.is_selected}};
+          {"selected", mode.is_selected},
+          {"motions", mode.motions}};
 }
 
 ReportFields<verification::QuantityDifference> difference_fields(double tolerance) {
@@ -210,8 +211,10 @@ std::string modes_text(const CheckReport& report, std::size_t width) {
       format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()), width);
   for (const verification::AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
-    text += wrap_flow_mapping(mode.is_selected ? "  * " : "    ", mode.assembly_line,
-                              mode.is_selected ? "selected by the spec" : "", width);
+    std::string comment = mode.is_selected ? "selected by the spec" : "";
+    if (!mode.motions.empty())
+      comment += fmt::format("{}can follow {}", comment.empty() ? "" : "; ", fmt::join(mode.motions, ", "));
+    text += wrap_flow_mapping(mode.is_selected ? "  * " : "    ", mode.assembly_line, comment, width);
   }
   return text;
 }

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"
@@ -15,6 +16,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <span>
 #include <string_view>
 
@@ -22,7 +24,8 @@ namespace balance::reports {
 
 Json conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
   Json json = {{"mechanism", view.title}, {"goal", goals_json(view.conditions.goals)}};
-  json["meaning"] = files::list_json(view.conditions.goals, study::describe_goal);
+  json["meaning"] = files::list_json(
+      view.conditions.goals, [&](const Goal& goal) { return study::describe_goal(goal, view.conditions.speeds); });
   json["strategy"] = view.strategy;
   json["status"] = design::name_of(view.conditions.status);
   add_conditions(json, view, condition_fields(view));
@@ -197,7 +200,7 @@ std::string heading_text(const ConditionsReportData& view) {
   const Conditions& c = view.conditions;
   std::string text = fmt::format("{}: {} conditions{}\n", view.title, join_goal_names(c.goals),
                                  view.strategy == "modular" ? ", chain by chain" : "");
-  for (const Goal& goal : c.goals) text += describe_goal(goal) + "\n";
+  for (const Goal& goal : c.goals) text += describe_goal(goal, c.speeds) + "\n";
   text += fmt::format("\nrank {} of {}", view.parameter_rows(),
                       count_noun(c.parameter_columns(), "parameter", "parameters"));
   if (c.rank > 0 && c.singular_value_gap > 0)
@@ -376,11 +379,51 @@ std::string format_remainder(const ConditionsReportData& view, const specificati
   return text + "--without excludes it\n";
 }
 
+namespace {
+
+std::string meaning_of(const dynamics::Parameter& p) {
+  const std::string axis(1, p.symbol.back());
+  const bool is_planar = p.symbol == "J";
+  switch (p.kind) {
+    case dynamics::ParameterKind::mass: return "a mass";
+    case dynamics::ParameterKind::first_moment: return "mass times " + axis + " of the centre of mass";
+    case dynamics::ParameterKind::moment_of_inertia:
+      return std::string("a moment of inertia about ") +
+             (p.owner_kind == dynamics::ParameterOwner::disc ? "the disc's centre" : "the origin of the body's frame") +
+             (is_planar ? "" : ", axis " + axis);
+    case dynamics::ParameterKind::product_of_inertia:
+      return "a product of inertia, -integral of " + p.symbol.substr(1) + " dm";
+    case dynamics::ParameterKind::stiffness: return "a stiffness";
+    case dynamics::ParameterKind::stiffness_moment:
+      return p.symbol == "preload" ? "the spring's torque or force at 0"
+                                   : "stiffness times coordinates of the spring's ends a and b";
+    default: return "";
+  }
+}
+
+}  // namespace
+
+std::string parameter_legend(const ConditionsReportData& view) {
+  const Conditions& c = view.conditions;
+  std::vector<std::string> meanings;
+  std::string text;
+  for (Eigen::Index column = 0; column < c.parameter_columns(); ++column) {
+    const dynamics::Parameter& parameter = c.parameters[static_cast<std::size_t>(column)];
+    if (c.matrix.col(column).head(view.parameter_rows()).isZero(0)) continue;
+    const std::string meaning = meaning_of(parameter);
+    if (meaning.empty() || std::find(meanings.begin(), meanings.end(), meaning) != meanings.end()) continue;
+    meanings.push_back(meaning);
+    text += (text.empty() ? "" : "; ") + parameter.name + (text.empty() ? " is " : ": ") + meaning;
+  }
+  return text;
+}
+
 std::string conditions_text(const ConditionsReportData& si_view, const files::TextOptions& options) {
   const ConditionsReportData view = convert_coefficients(si_view, options.units);
   std::string text = heading_text(view) + table_text(view, options.width);
   const std::string symbols = symbols_text(view, options.units);
   if (!symbols.empty()) text += "where " + symbols + "\n";
+  if (const std::string legend = parameter_legend(view); !legend.empty()) text += legend + "\n";
   text += closing_text(view) + format_remainder(view, options.units);
   for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
   for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
@@ -404,11 +447,71 @@ std::vector<conditions::GeometricSymbol> known_values_of(const Conditions& condi
 
 }  // namespace
 
+namespace {
+
+/// Which attachments are there, for every state of a mechanism whose payloads come and go, the fullest first.
+std::vector<std::vector<bool>> list_load_states(const Mechanism& mechanism,
+                                                const std::vector<Trajectory>& trajectories) {
+  double end = 1;  // of a motion that contains all changes
+  for (const double time : model::payload_switch_times(mechanism)) end = std::max(end, 2 * time);
+  std::vector<double> durations;
+  for (const Trajectory& trajectory : trajectories) durations.push_back(trajectory.duration);
+  if (durations.empty()) durations.push_back(end);
+  std::vector<std::vector<bool>> states;
+  for (const double duration : durations) {
+    const model::PayloadIntervals intervals(mechanism, duration);
+    for (int k = 0; k < intervals.count(); ++k) {
+      std::vector<bool> state;
+      for (std::size_t a = 0; a < mechanism.attachments.size(); ++a) state.push_back(intervals.is_attached(a, k));
+      states.push_back(std::move(state));
+    }
+  }
+  std::sort(states.begin(), states.end(), std::greater<>());
+  states.erase(std::unique(states.begin(), states.end()), states.end());
+  return states;
+}
+
+/// "without cargo"
+std::string describe_load_state(const Mechanism& mechanism, const std::vector<bool>& state) {
+  std::vector<std::string> there, missing;
+  for (std::size_t a = 0; a < state.size(); ++a)
+    if (is_temporary_payload(mechanism.attachments[a]))
+      (state[a] ? there : missing).push_back(mechanism.attachments[a].name);
+  std::string text = there.empty() ? "" : fmt::format("with {}", fmt::join(there, ", "));
+  if (!missing.empty()) text += fmt::format("{}without {}", text.empty() ? "" : " ", fmt::join(missing, ", "));
+  return text;
+}
+
+/// Per condition the largest residual of all load states; notes say which are met with what.
+VectorX evaluate_load_states(ConditionsReportData& view, const Mechanism& mechanism,
+                             const std::vector<Trajectory>& trajectories, const ConditionOptions& options) {
+  VectorX largest;
+  for (const std::vector<bool>& state : list_load_states(mechanism, trajectories)) {
+    Mechanism loaded = mechanism;
+    for (std::size_t a = 0; a < state.size(); ++a)
+      if (!state[a]) loaded.attachments[a].mass = 0, loaded.attachments[a].inertia.setZero();
+    const VectorX residuals = scaled_residuals(view.conditions, conditions::term_values(loaded, options.loose_springs));
+    if (largest.size() == 0) largest = VectorX::Zero(residuals.size());
+    Eigen::Index unmet = 0;
+    for (Eigen::Index row = 0; row < residuals.size(); ++row) {
+      if (!(std::abs(residuals[row]) <= std::abs(largest[row]))) largest[row] = residuals[row];
+      if (!(std::abs(residuals[row]) <= design::condition_tolerance)) ++unmet;
+    }
+    view.conditions.notes.push_back(
+        fmt::format("{}: {}", describe_load_state(mechanism, state),
+                    unmet == 0 ? "all conditions are met" : fmt::format("{} of {} not met", unmet, residuals.size())));
+  }
+  return largest;
+}
+
+}  // namespace
+
 void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
                          const std::vector<Trajectory>& trajectories, const ConditionOptions& options) {
   const VectorX values = conditions::term_values(mechanism, options.loose_springs);
   view.conditions.known_term_values = values.tail(view.conditions.known_term_values.size());
-  view.residuals = scaled_residuals(view.conditions, values);
+  view.residuals = has_temporary_payloads(mechanism) ? evaluate_load_states(view, mechanism, trajectories, options)
+                                                     : scaled_residuals(view.conditions, values);
   view.known_terms = known_values_of(view.conditions, values);
   view.unbalanced_remainder = design::list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
   // what a free number may change is left to the design

@@ -30,7 +30,8 @@ struct ConditionsReportData {
   int parameter_rows() const { return static_cast<int>(conditions.parameter_rows()); }
 };
 
-/// Computes residuals, holds_by_definition, known_terms and unbalanced_remainder from the rest.
+/// Computes residuals, holds_by_definition, known_terms and unbalanced_remainder from the rest. Where payloads come and
+/// go the residuals are the largest of all load states, and notes say which of these meet the conditions.
 /// @param mechanism whose numbers the residuals are for
 /// @param trajectories along which remaining efforts are computed
 /// @param options those of the derivation
@@ -69,6 +70,10 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
 /// The view for text in these units: coefficients without a formula are for parameters in them ("m" in g, "mx" in
 /// g mm).
 ConditionsReportData convert_coefficients(ConditionsReportData view, const specification::SpecUnits& units);
+
+/// What the parameters' names mean, one example of each kind: "crank1.mx is mass times x of the centre of mass". Empty
+/// without parameters.
+std::string parameter_legend(const ConditionsReportData& view);
 
 /// "l1 = 0.5 m, push.fy = -5 N": values of the symbols and known terms; "" if there are none.
 std::string symbols_text(const ConditionsReportData& view, const specification::SpecUnits& units = {});

@@ -21,7 +21,7 @@ struct FormulasReportData {
 };
 
 std::string formulas_text(const FormulasReportData& view, std::size_t width = files::default_text_width);
-/// Equations between `\[` and `\]` (amsmath), with comments.
+/// Displayed equations (amsmath) with comments; long ones have several lines.
 std::string formulas_latex(const FormulasReportData& view);
 std::string formulas_json(const FormulasReportData& view);
 

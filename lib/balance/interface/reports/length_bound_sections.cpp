@@ -75,6 +75,8 @@ void add_length_bound(hdf5::Hdf5Writer& file, const certificate::LengthBound& bo
   file.set_attribute(group, "covers", bound.geometries);
   if (!bound.uncovered.empty()) file.set_attribute(group, "not_covered", bound.uncovered);
   file.set_attribute(group, "impossible", bound.is_impossible() ? "yes" : "no");
+  file.set_attribute(group, "coverage", length_coverage_text(bound));
+  if (bound.count >= 0) file.set_attribute(group, "count", std::to_string(bound.count));
   write_rows(file, group, bound.progress, progress_fields(), bound.unit.empty() ? "mixed" : bound.unit);
   write_fields(file, group, bound, bound_fields());
 }

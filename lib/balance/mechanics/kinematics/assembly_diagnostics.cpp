@@ -220,13 +220,19 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
   const auto add = [&text](const std::string& what, const std::string& requested, const std::string& reached) {
     text += (text.empty() ? "" : ", ") + what + " " + requested + " (nearest is " + reached + ")";
   };
+  const auto add_distance = [&](double distance) {
+    text += ", " + format_length(distance, mechanism.units) + " out of reach";
+  };
   Eigen::Index k = 0;
   for (const auto& [what, components] :
        {std::pair("the tool at", &drive.point), {"the centre of mass at", &drive.com}}) {
     const auto count = static_cast<Eigen::Index>(components->size());
-    if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > min_listed_miss * length)
+    const double distance = (target.value - nearest.value).segment(k, count).norm();
+    if (count >= 2 && distance > min_listed_miss * length) {
       add(what, format_position(&target.value[k], static_cast<int>(count), mechanism.units),
           format_position(&nearest.value[k], static_cast<int>(count), mechanism.units, min_listed_miss * length));
+      add_distance(distance);
+    }
     k += count;
   }
   auto joint = pose.joints.begin();
@@ -251,37 +257,46 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
   return text;
 }
 
+/// "it asks for the tool at (3, 4) m (nearest is (1.2, 1.6) m), …; there a and b are in line at B". Empty if nothing is
+/// missed, or the search for the nearest configuration fails.
 template <class S>
-MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
-                                     const VectorX& assembled, const trajectory::PoseTarget& pose) {
+std::string describe_missed_pose(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt,
+                                 const VectorX& assembled, const trajectory::PoseTarget& pose) {
   constexpr int max_columns = 120;  // up to here the freedoms of the loops are cheap to compute
   const PoseEquations<S> pose_equations = make_pose_equations(mechanism, tree, pose);
   ConstraintSystem<S> system(tree, pose_equations.drive);
-  std::string reason = "the start pose cannot be reached";
-  if (pose_equations.drive.row_count() == 0 || tree.columns > max_columns)
-    return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  if (pose_equations.drive.row_count() == 0 || tree.columns > max_columns) return "";
   ConstraintSystem<S> closures(tree, Drive<S>{});
-  VectorX nearest_y;
+  VectorX nearest_y, residual;
+  MatrixX jacobian;
   double min_residual = INFINITY;
-  for (const VectorX& guess : {attempt.y, assembled}) {
+  for (const VectorX& guess : {attempt, assembled}) {
     const AssemblySolution closed_loops = solve_assembly(closures, guess, {});
     if (!closed_loops.found) continue;
     const VectorX y = approach_pose(tree, system, pose_equations.target, closed_loops.y);
-    VectorX residual;
-    MatrixX jacobian;
     system.evaluate(y, pose_equations.target, residual, jacobian);
     if (residual.norm() < min_residual) min_residual = residual.norm(), nearest_y = y;
   }
-  if (nearest_y.size() == 0)
-    return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
-  VectorX residual;
-  MatrixX jacobian;
+  if (nearest_y.size() == 0) return "";
   system.evaluate(nearest_y, pose_equations.target, residual, jacobian);
   const std::string missed_values =
       format_missed_values(mechanism, pose_equations.drive, pose, tree.characteristic_length, pose_equations.target,
                            system.measure(nearest_y));
-  reason += missed_values.empty() ? ": no configuration was found that has it" : ": it asks for " + missed_values;
-  return {MotionStatus::unreachable, 0, reason + format_collinear_links(mechanism, tree, system.state()), {}};
+  if (missed_values.empty()) return "";
+  return "it asks for " + missed_values + format_collinear_links(mechanism, tree, system.state());
+}
+
+template <class S>
+std::string describe_unreachable_pose_in(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
+  std::vector<CoordinateId> stated;
+  for (const auto& joint : pose.joints) stated.push_back(joint.coordinate);
+  const Tree<S> tree = compile_tree<S>(mechanism, stated);
+  const PoseEquations<S> pose_equations = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, pose_equations.drive), closures(tree, Drive<S>{});
+  const AssemblySolution solution = solve_pose(mechanism, tree, system, pose_equations.target);
+  if (solution.found) return "";
+  const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
+  return loops.found ? describe_missed_pose(mechanism, tree, solution.y, loops.y, pose) : "";
 }
 
 }  // namespace
@@ -292,7 +307,15 @@ MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>
   ConstraintSystem<S> closures(tree, Drive<S>{});
   const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
   if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
-  return explain_unreached_pose(mechanism, tree, attempt, loops.y, pose);
+  const std::string missed = describe_missed_pose(mechanism, tree, attempt.y, loops.y, pose);
+  return {MotionStatus::unreachable,
+          0,
+          "the start pose cannot be reached: " + (missed.empty() ? "no configuration was found that has it" : missed),
+          {}};
+}
+
+std::string describe_unreachable_pose(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
+  return dispatch_space(mechanism.space, [&]<class S>(S) { return describe_unreachable_pose_in<S>(mechanism, pose); });
 }
 
 template MotionOutcome explain_assembly_failure<Planar>(const Mechanism&, const Tree<Planar>&, const AssemblySolution&,

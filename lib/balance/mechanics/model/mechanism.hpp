@@ -7,6 +7,7 @@
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/foundation/base/types.hpp"
+#include "balance/mechanics/model/variable_function.hpp"
 
 #include <cmath>
 #include <concepts>
@@ -46,22 +47,26 @@ std::string format_position(const double* position, int count, const DisplayUnit
 // of coordinates.
 
 /// factor · (rate of a coordinate, or component of a velocity). The `_body` kinds take components along the moving body
-/// axes.
+/// axes, `com_velocity` those of the velocity of the centre of mass of all moving bodies.
 template <class T>
 struct GeneralisedSpeedTermOf {
-  enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body };
+  enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body, com_velocity };
   Kind kind = Kind::coordinate;
   int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; planar angular velocities have component 2
   T factor = 1;     ///< SI
-  BodyId body = 0;  ///< for components of velocities
+  BodyId body = 0;  ///< for components of velocities of bodies
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< point whose velocity is meant, body axes [m]
+  /// Multiplies the factor by a function of the joint coordinates `pose_variables`; none in constraints.
+  VariableFunctionOf<T> pose_factor = {};
+  std::vector<CoordinateId> pose_variables = {};
 };
 
-/// φ or ψ of P0 eq. 1 with constant factors.
+/// φ or ψ of P0 eq. 1. As a constraint, the sum of the terms equals `value`.
 template <class T>
 struct GeneralisedSpeedOf {
   std::string name;
   std::vector<GeneralisedSpeedTermOf<T>> terms;
+  VariableFunctionOf<T> value = {};  ///< of a constraint: function of time [m/s or rad/s]; none: zero
 };
 
 using GeneralisedSpeedTerm = GeneralisedSpeedTermOf<double>;
@@ -112,13 +117,13 @@ enum class JointType {
 /// | revolute    | angle        | r = 0; rotation about u                                                   |
 /// | prismatic   | slide        | r = slide u; no rotation                                                  |
 /// | fixed       | none         | r = 0; no rotation                                                        |
-/// | pin_slot    | slide, angle | planar: r = slide u; free rotation                                        |
+/// | pin_slot    | slide, angle | plane only: r = slide u; free rotation                                    |
 /// | cylindrical | angle, slide | r = slide u; rotation about u                                             |
 /// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
-/// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
+/// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u, which is z in the plane             |
 ///
-/// The last two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
+/// The next two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
 /// whose centre is Q. They have five coordinates and two constraints on their rates: the material point in contact with
 /// the plane is at rest.
 ///
@@ -354,7 +359,7 @@ struct MechanismOf {
   std::vector<JointOf<T>> joints;
   std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
   std::vector<CouplingOf<T>> couplings;
-  std::vector<GeneralisedSpeedOf<T>> constraints;  ///< speeds that are always zero
+  std::vector<GeneralisedSpeedOf<T>> constraints;  ///< speeds that are zero, or the given functions of time
   std::vector<AttachmentOf<T>> attachments;
   std::vector<DiscOf<T>> discs;
   std::vector<LoadOf<T>> loads;
@@ -391,6 +396,9 @@ std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Join
 /// Whether some rates are constrained and positions are not: a body rolls on a plane, or there are constraints on
 /// speeds.
 bool has_velocity_constraints(const Mechanism& mechanism);
+
+/// Whether a constraint on speeds has a value other than zero, so that its force does work.
+bool has_prescribed_speeds(const Mechanism& mechanism);
 
 /// "least norm", "least weighted peak within limits and with preload".
 template <class T>

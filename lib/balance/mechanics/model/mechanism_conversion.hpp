@@ -46,10 +46,11 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     to.couplings.push_back(
         {coupling.follower, followed(coupling.leader), number(coupling.ratio), number(coupling.offset)});
   for (const auto& constraint : from.constraints) {
-    to.constraints.push_back({constraint.name, {}});
+    to.constraints.push_back({constraint.name, {}, constraint.value.template convert<To>(number)});
     for (const auto& term : constraint.terms)
       to.constraints.back().terms.push_back({static_cast<typename GeneralisedSpeedTermOf<To>::Kind>(term.kind),
-                                             term.index, number(term.factor), term.body, vector(term.position)});
+                                             term.index, number(term.factor), term.body, vector(term.position),
+                                             term.pose_factor.template convert<To>(number), term.pose_variables});
   }
   for (const auto& attachment : from.attachments)
     to.attachments.push_back({attachment.name, attachment.kind, attachment.body, vector(attachment.position),

@@ -365,6 +365,10 @@ void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>&
       using enum GeneralisedSpeedTerm::Kind;
       if (faults.check_finite(term.factor, "a factor") && term.factor == 0)
         faults.add(ValidationIssueKind::ratio_zero, "no factor may be zero: leave its term out");
+      if (term.kind == com_velocity || term.pose_factor)
+        faults.add(ValidationIssueKind::index_out_of_range,
+                   "a constraint on speeds cannot contain the velocity of the centre of mass or a factor that depends "
+                   "on the pose");
       if (term.kind == coordinate) {
         faults.check_index(term.index, mechanism.coordinates.size(), "a coordinate");
         continue;
@@ -397,12 +401,12 @@ bool exists_in(JointType type, bool planar) {
   switch (type) {
     case JointType::revolute:
     case JointType::prismatic:
-    case JointType::fixed: return true;
+    case JointType::fixed:
+    case JointType::planar: return true;
     case JointType::pin_slot: return planar;
     case JointType::cylindrical:
     case JointType::universal:
     case JointType::spherical:
-    case JointType::planar:
     case JointType::rolling_disc:
     case JointType::rolling_sphere: return !planar;
   }
@@ -417,9 +421,12 @@ void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
   if (planar && is_sliding && joint.axis.z() != 0)
     faults.add(ValidationIssueKind::out_of_plane, "its axis must lie in the plane of the mechanism");
   if (planar && !is_sliding && joint.axis != Vector3::UnitZ())
-    faults.add(ValidationIssueKind::out_of_plane, "the axis of a planar revolute joint must be z");
+    faults.add(ValidationIssueKind::out_of_plane,
+               "the axis of a revolute or planar joint must be z, as the mechanism is planar");
   if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type)) return;
   faults.check_unit_vector(joint.axis2, "its axis2");
+  if (planar && joint.axis2.z() != 0)
+    faults.add(ValidationIssueKind::out_of_plane, "its axis2 must lie in the plane of the mechanism");
   if (std::abs(joint.axis.dot(joint.axis2)) > perpendicularity_tolerance)
     faults.add(ValidationIssueKind::axes_not_perpendicular,
                "its axes must be perpendicular, their cosine is " + format_element(joint.axis.dot(joint.axis2)));

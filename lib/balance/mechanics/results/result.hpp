@@ -81,6 +81,7 @@ struct RunResult {
   Samples joint_force,
       joint_moment;  ///< N×(J axes), N×(J moment_axes): on the second body, moment about the joint's point on it
   Samples constraint_force;  ///< N×Q, Q constraints on speeds: generalised forces conjugate to these speeds [N or N m]
+  Samples constraint_power;  ///< N×Q: power of these forces [W]; empty if all constrained speeds are zero
   Samples kinetic_energy, potential_energy;  ///< N×1 [J]
   Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
   Eigen::VectorXi newton_iterations;         ///< N

@@ -16,9 +16,11 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/control_law.hpp"
 #include "balance/motion/control/desired_motion.hpp"
+#include "balance/motion/control/payload_impact.hpp"
 #include "balance/motion/control/plant.hpp"
 #include "balance/motion/control/sensor.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/payload_events.hpp"
 #include "balance/motion/time_optimal/resolve_trajectory.hpp"
 
 #include <fmt/format.h>
@@ -116,12 +118,13 @@ std::vector<SampleEvent> list_events(double step, long samples, const Controller
   return events;
 }
 
-/// Adds the times at which given efforts are not smooth and may have their maxima.
-std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, const EffortProfile& effort_profile) {
+/// Adds times at which the motion is not smooth and figures may have their maxima.
+/// @param knots increasing
+std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, const std::vector<double>& knots) {
   std::vector<SampleEvent> out;
   const double time_tolerance = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
-  auto knot = effort_profile.knots().begin();
-  const auto end = effort_profile.knots().end();
+  auto knot = knots.begin();
+  const auto end = knots.end();
   for (const SampleEvent& event : events) {
     for (; knot != end && *knot < event.time - time_tolerance; ++knot)
       if (!out.empty() && *knot > out.back().time + time_tolerance) out.push_back({*knot, event.sample, false, false});
@@ -148,6 +151,39 @@ DesiredState desired_state_at(const trajectory::MotionTable& motion, Eigen::Inde
   return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
+/// The mechanism in every interval between payload changes.
+std::vector<Mechanism> list_phases(const Mechanism& mechanism, const model::PayloadIntervals& intervals) {
+  std::vector<Mechanism> phases;
+  for (int k = 0; k < intervals.count(); ++k) phases.push_back(mechanism_in_interval(mechanism, intervals, k));
+  return phases;
+}
+
+/// What the controller takes the mechanism for in these intervals.
+std::vector<Mechanism> list_model_phases(const Controller& controller, const std::vector<Mechanism>& truth,
+                                         const model::PayloadIntervals& intervals) {
+  if (!controller.model) return truth;
+  std::vector<Mechanism> phases;
+  for (int k = 0; k < intervals.count(); ++k)
+    phases.push_back(
+        mechanism_at_time(*controller.model, k == 0 ? 0 : intervals.switch_times()[static_cast<std::size_t>(k - 1)]));
+  return phases;
+}
+
+/// "cargo is taken up at 0.2 s at rest: the impact takes 0.03 J"
+std::string describe_impact(const Mechanism& mechanism, const model::PayloadIntervals& intervals, int interval,
+                            double time, double energy_loss) {
+  std::string text;
+  for (std::size_t a = 0; a < mechanism.attachments.size(); ++a) {
+    const bool is_there = intervals.is_attached(a, interval);
+    if (is_there == intervals.is_attached(a, interval - 1)) continue;
+    text += fmt::format("{}payload '{}' is {} at {:.4g} s", text.empty() ? "" : ", ", mechanism.attachments[a].name,
+                        is_there ? "taken up" : "set down", time);
+  }
+  if (energy_loss > 0)
+    text += fmt::format("; what was at rest comes along at once: the impact takes {:.4g} J", energy_loss);
+  return text;
+}
+
 constexpr double state_overflow_limit = 1e100;  // of rates and positions: beyond this, results are not finite
 
 std::string tracking_loss_text(const std::string& name, const std::string& error, const std::string& range,
@@ -164,9 +200,12 @@ class ClosedLoopRun {
       : mechanism_(mechanism),
         trajectory_(trajectory),
         controller_(controller),
-        law_(mechanism, controller),
+        intervals_(mechanism, find_trajectory_duration(trajectory) + options.hold_time),
+        phases_(list_phases(mechanism, intervals_)),
+        model_phases_(list_model_phases(controller, phases_, intervals_)),
+        law_(phases_[0], controller, model_phases_[0]),
         sensor_(controller.measurement, controller.period),
-        actuation_monitor_(mechanism),
+        actuation_monitor_(phases_[0]),
         options_(options),
         recorder_(mechanism, law_, desired_),
         efforts_(VectorX::Zero(static_cast<Eigen::Index>(mechanism.actuators.size()))),
@@ -185,15 +224,17 @@ class ClosedLoopRun {
                                   std::to_string(static_cast<long>(max_closed_loop_samples)) +
                                   " samples of controller and result together");
     samples_ = trajectory.samples + static_cast<long>(hold_steps);
+    switch_tolerance_ = 2e-9 * step;  // events nearer than half of it count as one
     std::vector<SampleEvent> events = list_events(step, samples_, controller);
-    if (effort_profile_) events = insert_knot_times(std::move(events), *effort_profile_);
+    if (effort_profile_) events = insert_knot_times(std::move(events), effort_profile_->knots());
+    events = insert_knot_times(std::move(events), intervals_.switch_times());
     // figures of a continuous controller cannot rely on its samples
     events_ =
         insert_figure_samples(events, effort_profile_ ? 5 * trajectory::min_time_steps : trajectory::min_time_steps);
-    PlantOptions plant_options{.dynamics = {.preferred = mechanism.actuators}};
+    plant_options_.dynamics.preferred = mechanism.actuators;
     const auto default_steps = 500'000 + 50 * static_cast<long>(events.size());
-    plant_options.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
-    plant_.emplace(mechanism, plant_options, trajectory.about);
+    plant_options_.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
+    plant_.emplace(phases_[0], plant_options_, trajectory.about);
   }
 
   RunResult run() {
@@ -221,6 +262,8 @@ class ClosedLoopRun {
     clear_round_off(result_);
     result_.outcome = outcome_;
     result_.outcome.notes = plant_->notes();
+    result_.outcome.notes.insert(result_.outcome.notes.end(), payload_notes_.begin(), payload_notes_.end());
+    simulation::add_payload_notes(mechanism_, events_.back().time, result_);
     const std::vector<std::string>& controller_notes = law_.notes();
     result_.outcome.notes.insert(result_.outcome.notes.end(), controller_notes.begin(), controller_notes.end());
     if (result_.time.size() >= 2) {
@@ -278,7 +321,7 @@ class ClosedLoopRun {
       return is_successful(
           {MotionStatus::mismatch, 0, trajectory::describe_under_actuation(0, plant_->freedoms()), {}});
     if (!is_successful(law_.start(plant_->position(), plant_->velocity(), make_gain_basis()))) return false;
-    long rows = 0;
+    auto rows = static_cast<long>(intervals_.switch_times().size());
     for (std::size_t e = 1; e < events_.size(); ++e) rows += events_[e].tick ? 2 : events_[e].on_sample ? 0 : 1;
     recorder_.allocate_rows(samples_, trajectory_.about, result_);
     recorder_.allocate_rows(rows, trajectory_.about, intermediate_samples_.rows);
@@ -312,10 +355,45 @@ class ClosedLoopRun {
     if (e > 0) variation_ += effort_profile_->total_variation(events_[e - 1].time, events_[e].time);
   }
 
+  /// Takes up and sets down payloads: the rates jump, and a plant with other masses goes on. Both sides are recorded.
+  bool change_payloads(std::size_t e) {
+    const double time = events_[e].time;
+    write(intermediate_samples_.rows, intermediate_samples_.add(events_[e].sample), e);
+    const int interval = ++interval_;
+    const Mechanism& after = phases_[static_cast<std::size_t>(interval)];
+    Mechanism before = after;  // without what is taken up
+    bool takes_up = false;
+    for (std::size_t a = 0; a < before.attachments.size(); ++a) {
+      if (!intervals_.is_attached(a, interval) || intervals_.is_attached(a, interval - 1)) continue;
+      before.attachments[a].mass = 0;
+      before.attachments[a].inertia.setZero();
+      takes_up = true;
+    }
+    const VectorX position = plant_->position();
+    VectorX velocity = plant_->velocity();
+    double energy_loss = 0;
+    if (takes_up) {
+      PayloadImpact impact = take_up_payloads(before, after, time, position, velocity);
+      if (!is_successful(impact.outcome)) return false;
+      velocity = std::move(impact.velocity);
+      energy_loss = impact.energy_loss;
+    }
+    payload_notes_.push_back(describe_impact(mechanism_, intervals_, interval, time, energy_loss));
+    past_term_sizes_.emplace_back(plant_->term_sizes(), plant_->term_sizes_over_mobility());
+    plant_options_.max_steps = std::max(1L, plant_options_.max_steps - plant_->cost().steps);
+    plant_.emplace(after, plant_options_, trajectory_.about);
+    law_.change_model(time, model_phases_[static_cast<std::size_t>(interval)]);
+    return is_successful(plant_->start(time, position, velocity));
+  }
+
   /// Advances to the event and processes it. @return false if the run ends here
   bool advance_to_event(std::size_t e, long& done_rows) {
     const SampleEvent& event = events_[e];
     if (e > 0 && !is_successful(advance(event.time))) return false;
+    const std::vector<double>& switches = intervals_.switch_times();
+    while (static_cast<std::size_t>(interval_) < switches.size() &&
+           event.time >= switches[static_cast<std::size_t>(interval_)] - switch_tolerance_)
+      if (!change_payloads(e)) return false;
     if (effort_profile_) sample_effort_profile(e);
     if (!(numerics::max_abs(plant_->velocity()) < state_overflow_limit) ||
         !(numerics::max_abs(plant_->position()) < state_overflow_limit))
@@ -371,7 +449,12 @@ class ClosedLoopRun {
 
   /// Sets the round-off. For a sliding variable −(ė + λ e) it is composed of that of its rate and its position.
   void add_round_off() {
-    set_round_off(result_, plant_->term_sizes(), plant_->term_sizes_over_mobility());
+    results::TermMagnitudes sizes = plant_->term_sizes(), over_mobility = plant_->term_sizes_over_mobility();
+    for (const auto& [past, past_over_mobility] : past_term_sizes_) {
+      sizes.raise_to(past, 1);
+      over_mobility.raise_to(past_over_mobility, 1);
+    }
+    set_round_off(result_, sizes, over_mobility);
     const auto count = static_cast<Eigen::Index>(law_.sliding_coordinates().size());
     result_.round_off.sliding_variable.setZero(count);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -384,13 +467,20 @@ class ClosedLoopRun {
   const Mechanism& mechanism_;
   const Trajectory& trajectory_;
   const Controller& controller_;
+  model::PayloadIntervals intervals_;
+  std::vector<Mechanism> phases_, model_phases_;  ///< per interval: the mechanism, and the controller's model of it
+  int interval_ = 0;                              ///< the present one
+  double switch_tolerance_ = 0;                   ///< [s]
   ControlLaw law_;
   Sensor sensor_;
   ActuationMonitor actuation_monitor_;
   ClosedLoopOptions options_;
   ClosedLoopRecorder recorder_;
   std::optional<EffortProfile> effort_profile_;  ///< of efforts that are not sampled by the controller
+  PlantOptions plant_options_;
   std::optional<Plant> plant_;
+  std::vector<std::pair<results::TermMagnitudes, results::TermMagnitudes>> past_term_sizes_;  ///< of earlier plants
+  std::vector<std::string> payload_notes_;
   long samples_ = 0;
   std::vector<SampleEvent> events_;
   trajectory::MotionTable desired_;  ///< one row per event
@@ -405,8 +495,6 @@ class ClosedLoopRun {
 RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                                const ClosedLoopOptions& options) {
   check_timing(trajectory);
-  if (has_temporary_payloads(mechanism))
-    throw std::invalid_argument("a controlled run needs payloads that are always there");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.max_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.hold_time >= 0)) throw std::invalid_argument("the time to settle cannot be negative");

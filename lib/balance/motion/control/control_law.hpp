@@ -4,6 +4,7 @@
 
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
 #include "balance/mechanics/model/torque_distribution.hpp"
+#include "balance/motion/control/task_speeds.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 
 #include <array>
@@ -70,10 +71,14 @@ bool needs_desired_motion(const Controller& controller);
 
 class ControlLaw {
  public:
-  /// @param truth the controlled mechanism; like the controller, it must outlive the law. The controller's model has
-  ///        the same coordinates and actuators
+  /// @param truth the controlled mechanism; like the controller and the model, it must outlive the law
+  /// @param model the mechanism with which the law computes, of the same coordinates and actuators
   /// @throws std::invalid_argument if gains and actuators differ in number
-  ControlLaw(const Mechanism& truth, const Controller& controller);
+  ControlLaw(const Mechanism& truth, const Controller& controller, const Mechanism& model);
+
+  /// Computes with another model from now on, as when a payload is taken up. Gains stay.
+  /// @param model with the coordinates and actuators of the mechanism; must outlive the law
+  void change_model(double time, const Mechanism& model);
 
   /// Assembles the model at the start of the mechanism and sets the gains.
   /// @param position, velocity per coordinate of the mechanism
@@ -106,6 +111,8 @@ class ControlLaw {
   TrackingErrors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
   TrackingErrors tree_errors(const DesiredState& desired, const dynamics::Transformation& tree) const;
   bool add_acceleration_efforts(const VectorX& actuated);
+  bool add_independent_acceleration_efforts(const VectorX& independent);
+  bool apply_computed_torque_in_speeds(double time, const DesiredState& desired);
   bool add_generalised_forces(const VectorX& generalised);
   bool distribute(const MatrixX& input, const VectorX& forces);
   bool compensate_gravity(double time, const VectorX& position);
@@ -119,9 +126,10 @@ class ControlLaw {
 
   const Mechanism& mechanism_;
   const Controller& controller_;
-  const Mechanism& model_mechanism_;
+  const Mechanism* model_mechanism_;
   std::optional<EffortProfile> effort_profile_;  ///< for an open loop, without limits
   dynamics::ForwardDynamics model_;
+  std::optional<TaskSpeeds> task_;                                 ///< of a controller with speeds
   double length_;                                                  ///< characteristic [m]
   std::optional<model::ScaledDistribution<double>> distribution_;  ///< of the model's efforts; none: least norm
   VectorX state_, rates_;                                          ///< of the model, per coordinate

@@ -1,6 +1,7 @@
 #include "balance/motion/simulation/feasible_assembly_modes.hpp"
 
 #include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/simulation/simulate.hpp"
@@ -21,19 +22,6 @@ bool depends_on_assembly_mode(MotionStatus status) {
          status == constraint_singularity || status == actuation_singularity;
 }
 
-/// Whether the motion is possible from there, by a run with two samples.
-template <class S>
-bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajectory, const kinematics::Tree<S>& tree,
-                         const std::vector<double>& mode) {
-  Mechanism assembled = mechanism;
-  assembled.assembly.clear();
-  for (std::size_t c = 0; c < mode.size(); ++c)
-    if (tree.coordinate_expressions[c].has_terms()) assembled.assembly.push_back({static_cast<int>(c), mode[c]});
-  Trajectory coarse = trajectory;
-  coarse.samples = 2;
-  return simulate(assembled, coarse).outcome.status == MotionStatus::done;
-}
-
 template <class S>
 std::string describe_feasible_modes_in(const Mechanism& mechanism, const Trajectory& trajectory) {
   const kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
@@ -50,7 +38,7 @@ std::string describe_feasible_modes_in(const Mechanism& mechanism, const Traject
   const std::size_t others = modes.modes().size() - 1;
   if (others == 0) return "";
   for (std::size_t m = 1; m < std::min(modes.modes().size(), max_simulated_modes); ++m)
-    if (is_feasible_in_mode(mechanism, trajectory, tree, modes.modes()[m]))
+    if (find_outcome_in_mode(mechanism, trajectory, modes.modes()[m]).status == MotionStatus::done)
       return "; another assembly mode can make this motion: " +
              format_assembly_line(mechanism, tree, start_equations.drive, modes.modes()[m]);
   return others == 1 ? "; the other assembly mode cannot make this motion either"
@@ -59,11 +47,24 @@ std::string describe_feasible_modes_in(const Mechanism& mechanism, const Traject
 
 }  // namespace
 
+MotionOutcome find_outcome_in_mode(const Mechanism& mechanism, const Trajectory& trajectory,
+                                   const std::vector<double>& coordinates) {
+  Mechanism assembled = mechanism;
+  assembled.assembly.clear();
+  for (std::size_t c = 0; c < coordinates.size(); ++c)
+    assembled.assembly.push_back({static_cast<int>(c), coordinates[c]});
+  Trajectory coarse = trajectory;
+  coarse.samples = 2;
+  return simulate(assembled, coarse).outcome;
+}
+
 std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory& trajectory,
                                     const MotionOutcome& outcome) {
   if (!depends_on_assembly_mode(outcome.status) || has_velocity_constraints(mechanism) ||
       is_mechanism_dependent(trajectory))
     return "";
+  if (const std::string missed = kinematics::describe_unreachable_pose(mechanism, trajectory.to); !missed.empty())
+    return "; the end pose cannot be reached: " + missed;
   return kinematics::dispatch_space(mechanism.space,
                                     [&]<class S>(S) { return describe_feasible_modes_in<S>(mechanism, trajectory); });
 }

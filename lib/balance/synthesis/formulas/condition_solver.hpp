@@ -18,9 +18,10 @@ struct SolvedUnknown {
 };
 
 enum class UnsolvedReason {
-  absent,        ///< it occurs in no condition
-  undetermined,  ///< it is free: the conditions that contain it determine others
-  nonlinear,     ///< the conditions that remain contain it, but none is linear in it
+  absent,           ///< it occurs in no condition
+  undetermined,     ///< it is free: the conditions that contain it determine others
+  nonlinear,        ///< the conditions that remain contain it, but none is linear in it
+  vanishing_slope,  ///< what multiplies it in a condition that remains vanishes with the spec's numbers
 };
 
 struct UnsolvedUnknown {
@@ -31,7 +32,8 @@ struct UnsolvedUnknown {
 struct ConditionSolution {
   std::vector<SolvedUnknown> solved;  ///< in the order in which the unknowns were named
   std::vector<UnsolvedUnknown> unsolved;
-  std::vector<Polynomial> nonzero;  ///< factors of the denominators, which must not vanish
+  /// Factors of the denominators, which must not vanish; then those without which other values are solutions, too.
+  std::vector<Polynomial> nonzero;
   /// What must vanish besides, with the solution substituted. A number other than zero: a contradiction.
   std::vector<Polynomial> remaining;
 };

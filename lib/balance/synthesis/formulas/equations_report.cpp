@@ -115,7 +115,7 @@ void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_l
   const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
   clear_static_round_off(units, scales, terms.rest);
-  for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
+  for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation, &terms.discs})
     clear_relative_round_off(*matrix);
   const double largest = numerics::max_abs(terms.transformation);
   for (MatrixX& form : terms.acceleration)
@@ -125,6 +125,10 @@ void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_l
 void clear_round_off(const EquationScales& scales, dynamics::SpeedTerms& terms) {
   clear_relative_round_off(terms.rows);
   clear_relative_round_off(terms.rates);
+  clear_relative_round_off(terms.transformation);
+  const double largest = numerics::max_abs(terms.transformation) * std::max(1.0, 1 / scales.length);
+  for (MatrixX& form : terms.acceleration)
+    for (double& value : form.reshaped()) clear_if_round_off(value, largest);
   const double inertia =
       std::max(numerics::max_abs(terms.speed_equations.mass), numerics::max_abs(terms.constraint_equations.mass));
   for (dynamics::IndependentTerms* equations : {&terms.speed_equations, &terms.constraint_equations}) {
@@ -196,6 +200,7 @@ class EquationsReporter {
     at_.redundant = terms_.redundant();
     at_.has_rate_constraints = model::has_velocity_constraints(mechanism_);
     at_.closures = terms_.closures();
+    at_.disc_rows = terms_.disc_rows();
     at_.notes = terms_.notes();
     at_.torque_scale = scales_.gravity_moment;
   }
@@ -251,7 +256,10 @@ class EquationsReporter {
     const model::SpeedChoice& choice = query_.speeds;
     if (choice.speeds.empty() && choice.constrained.empty()) return true;
     for (const model::GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
-    for (const model::GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
+    for (const model::GeneralisedSpeed& zero : choice.constrained) {
+      at_.zero.push_back(zero.name);
+      at_.has_constraint_values = at_.has_constraint_values || zero.value;
+    }
     return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
@@ -351,6 +359,7 @@ void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out)
   out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d),
       out.static_terms.resize(N, d);
   out.transformation.resize(N, n * d);
+  out.discs.resize(N, static_cast<Eigen::Index>(out.disc_rows.size()) * d);
   out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
   out.parts.resize(N, actuators * static_cast<Eigen::Index>(dynamics::effort_part_names.size()));
 }
@@ -364,7 +373,11 @@ void write_row(const dynamics::IndependentTerms& terms, const dynamics::Redundan
     write_matrix_row(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
   out.static_terms.row(k) = terms.static_terms.sum();
   write_matrix_row(loops.transformation, 0, out.transformation.row(k));
+  write_matrix_row(loops.discs, 0, out.discs.row(k));
   write_matrix_row(loops.constraints, 0, out.constraints.row(k));
+  if (loops.rate_offset.size() == 0) return;
+  out.rate_offset.conservativeResize(out.transformation.rows(), loops.rate_offset.size());
+  out.rate_offset.row(k) = loops.rate_offset;
 }
 
 }  // namespace
@@ -390,6 +403,7 @@ EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at) {
   out.independent = at.independent;
   out.redundant = at.redundant;
   out.closures = at.closures;
+  out.disc_rows = at.disc_rows;
   out.time = VectorX::Zero(1);
   size_arrays(1, static_cast<Eigen::Index>(at.actuators.size()), out);
   write_row(*at.terms, *at.loops, 0, out);
@@ -407,12 +421,15 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   InverseOptions options{independent, Vector3::Zero(), 1};
   const double duration = result.time[result.time.size() - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
-  dynamics::EquationTerms terms(mechanism, options);
+  const model::PayloadIntervals intervals(mechanism, result.time[result.time.size() - 1]);
+  Mechanism present = mechanism_in_interval(mechanism, intervals, 0);
+  dynamics::EquationTerms terms(present, options);
   const dynamics::StateTable states = extract_independent_states(terms, result);
   for (const int c : terms.independent())
     out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
   out.redundant = terms.redundant();
   out.closures = terms.closures();
+  out.disc_rows = terms.disc_rows();
   const Eigen::Index N = states.q.rows();
   out.time = result.time;
   out.position = states.q;
@@ -424,8 +441,16 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   const EquationScales scales = compute_equation_scales(mechanism);
   const bool needs_reassembly =
       has_velocity_constraints(mechanism);  // the independent coordinates do not determine the others
+  int interval = 0;
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
-    if (needs_reassembly) out.outcome = assemble_at_row(terms, result, k);
+    if (const int next = intervals.index_at(result.time[k]); next != interval) {  // a payload comes or goes
+      interval = next;
+      present = mechanism_in_interval(mechanism, intervals, interval);
+      terms = dynamics::EquationTerms(present, options);
+      out.outcome = assemble_at_row(terms, result, k);
+    } else if (needs_reassembly) {
+      out.outcome = assemble_at_row(terms, result, k);
+    }
     if (out.outcome.status != MotionStatus::done) break;
     auto equations = terms.independent_terms(states.q.row(k), result.time[k]);
     auto redundant_terms = terms.redundant_terms(states.q.row(k), result.time[k]);

@@ -34,6 +34,7 @@ struct EquationsAtConfiguration {
   std::vector<bool> is_length;           ///< per independent coordinate: whether it is a length
   std::vector<std::string> redundant;    ///< n names
   std::vector<std::string> closures;     ///< per closure row: its joint
+  std::vector<std::string> disc_rows;    ///< per row of RedundantTerms::discs
   std::vector<std::string> actuators;
   std::vector<bool> is_force;  ///< per actuator: whether its effort is a force
   VectorX configuration;       ///< of all coordinates of the mechanism
@@ -42,7 +43,8 @@ struct EquationsAtConfiguration {
   std::optional<dynamics::SpeedTerms> in_speeds;
   bool has_rate_constraints =
       false;  ///< its rates are constrained: the configuration has more freedoms than `independent`
-  std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are zero
+  std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are held
+  bool has_constraint_values = false;     ///< some of those that are held have a value other than zero
   std::optional<dynamics::RedundantTerms> loops;
   std::optional<dynamics::EffortBreakdown> split;
   std::optional<dynamics::EffortRegressor> regressor;
@@ -68,7 +70,7 @@ EquationsReport compute_equations_at(const Mechanism& mechanism, const Equations
 /// The matrices at every sample of a run. Row k belongs to result.time[k]; matrices are stored row by row.
 struct EquationsAlongRun {
   MotionOutcome outcome;
-  std::vector<std::string> independent, redundant, closures;
+  std::vector<std::string> independent, redundant, closures, disc_rows;
   VectorX time;            ///< N [s]
   Samples position;        ///< N×d: the independent coordinates
   Samples mass;            ///< N×(d d)
@@ -76,6 +78,8 @@ struct EquationsAlongRun {
   Samples viscous;         ///< N×(d d)
   Samples static_terms;    ///< N×d
   Samples transformation;  ///< N×(n d)
+  Samples discs;           ///< N×(disc rows d)
+  Samples rate_offset;     ///< N×n; empty unless constraints prescribe speeds
   Samples constraints;     ///< N×(closure rows n)
   Samples parts;           ///< N×(actuators parts); empty if there is no breakdown of the efforts
 };

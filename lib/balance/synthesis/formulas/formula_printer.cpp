@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <tuple>
 
 namespace balance::formulas {
@@ -13,6 +14,9 @@ namespace balance::formulas {
 namespace {
 
 constexpr int max_nesting_depth = 7;
+
+/// In letters of LaTeX: longer ones stand behind the fraction, where lines can be broken.
+constexpr std::size_t max_latex_numerator = 120;
 
 Polynomial divided_by(const Polynomial& p, const Term& common) {
   std::vector<Term> terms;
@@ -50,6 +54,22 @@ Term content_of(const Polynomial& p) {
   return common;
 }
 
+/// The least number that makes all coefficients whole; 1 if it is too large for a fraction.
+std::int64_t common_denominator(const Polynomial& p) {
+  constexpr std::int64_t largest = 1'000'000;
+  std::int64_t multiple = 1;
+  for (const Term& term : p.terms()) {
+    const std::int64_t denominator = term.coefficient.denominator();
+    if (denominator > largest || (multiple = std::lcm(multiple, denominator)) > largest) return 1;
+  }
+  return multiple;
+}
+
+bool occurs_in(const Polynomial& p, int symbol) {
+  return std::any_of(p.terms().begin(), p.terms().end(),
+                     [symbol](const Term& term) { return term.monomial.exponent_of(symbol) != 0; });
+}
+
 /// The minimum magnitude of the coefficients, if it is below one and divides all others; otherwise zero.
 Rational smallest_common_factor(const Polynomial& p) {
   Rational smallest = abs(p.terms()[0].coefficient);
@@ -60,13 +80,21 @@ Rational smallest_common_factor(const Polynomial& p) {
   return divides_all ? smallest : Rational();
 }
 
+/// The positive powers that all terms of both share.
+Monomial shared_powers(const Polynomial& p, const Polynomial& q) {
+  const Monomial a = content_of(p).monomial, b = content_of(q).monomial;
+  Monomial common;
+  for (int k = 0; k < a.size(); ++k)
+    if (const int exponent = std::min(a.exponent(k), b.exponent_of(a.symbol(k))); exponent > 0)
+      common.append(a.symbol(k), exponent);
+  return common;
+}
+
 }  // namespace
 
 std::string FormulaPrinter::print(const Polynomial& p) {
-  const int count = static_cast<int>(ring_->symbols().size());
   std::string text = format(p, 0).text;
-  ring_->truncate_symbols(count);
-  placeholders_.clear();
+  remove_placeholders();
   return text;
 }
 
@@ -75,9 +103,18 @@ FormulaPrinter::Printed FormulaPrinter::format(const Polynomial& p, int depth) {
   if (p.size() == 1) {
     const Term& only = p.terms()[0];
     Printed printed = term(only.monomial, only.coefficient, only.wave);
-    if (only.coefficient.sign() < 0) printed.text.insert(0, "-"), printed.is_sum = true;
+    if (only.coefficient.sign() < 0) negate(printed);
     return printed;
   }
+  for (const int symbol : collected_)
+    if (occurs_in(p, symbol))
+      return format_grouped(
+          p,
+          [symbol](const Term& term) {
+            const int exponent = term.monomial.exponent_of(symbol);
+            return Term{exponent != 0 ? Monomial(symbol, exponent) : Monomial(), 0, 1};
+          },
+          depth);
   if (auto factored = factor_out_number(p, depth)) return *factored;
   if (auto factored = factor_out_content(p, depth)) return *factored;
   return format_sum(p, depth);
@@ -97,11 +134,10 @@ std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_number(const P
   const bool negative = sorted(p)[0].coefficient.sign() < 0;
   is_number_factored_out_ = true;
   const Printed unfactored = format(p, depth);
-  Printed factored = bracketed(format(Polynomial(Rational(negative ? -1 : 1) / smallest) * p, depth + 1));
+  Printed factored =
+      product({}, smallest, 0, format(Polynomial(Rational(negative ? -1 : 1) / smallest) * p, depth + 1));
   is_number_factored_out_ = false;
-  factored.text = (negative ? "-" : "") + number(smallest) + " " + factored.text;
-  factored.size += 1;
-  factored.is_sum = negative;
+  if (negative) negate(factored);
   return factored.size < unfactored.size ? factored : unfactored;
 }
 
@@ -111,22 +147,28 @@ std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_content(const 
   if (const Rational smallest = smallest_common_factor(p); smallest.sign() != 0 && common.coefficient == Rational(1))
     common.coefficient = smallest;
   Polynomial rest = divided_by(p, common);
-  const bool negative = sorted(p)[0].coefficient.sign() < 0;
+  const bool negative = is_minus_taken_out(rest);
   if (negative) rest = -rest;
-  const Monomial numerator = positive_part(common.monomial), denominator = negative_part(common.monomial).inverse();
-  Printed printed = bracketed(format(rest, depth + 1));
-  if (!numerator.is_one() || !(common.coefficient == Rational(1))) {
-    const Printed leading = term(numerator, common.coefficient, 0);
-    printed.text = leading.text + " " + printed.text;
-    printed.size += leading.size;
-  }
-  if (common.wave != 0) {
-    printed.text += " " + format_trigonometric(common.wave);
-    ++printed.size;
-  }
-  if (!denominator.is_one()) printed = divided(printed, term(denominator, 1, 0));
-  if (negative) printed.text.insert(0, "-"), printed.is_sum = true;
+  Printed printed = product(common.monomial, common.coefficient, common.wave, format(rest, depth + 1));
+  if (negative) negate(printed);
   return printed;
+}
+
+/// Of a difference the minuend comes first: a − b, not −(b − a); but of a length and a place of a centre of mass it is the
+/// length, −(l − lg), as papers write it.
+bool FormulaPrinter::is_minus_taken_out(const Polynomial& p) const {
+  const auto is_negative = [](const Term& term) { return term.coefficient.sign() < 0; };
+  const auto negatives = std::count_if(p.terms().begin(), p.terms().end(), is_negative);
+  if (p.size() == 2 && negatives == 1) {
+    const auto kind_of = [this](const Term& term) {
+      return term.monomial.size() == 1 && term.wave == 0 ? ring_->symbol(term.monomial.symbol(0)).kind
+                                                         : SymbolKind::alias;
+    };
+    const bool first = is_negative(p.terms()[0]);
+    return kind_of(p.terms()[first ? 0 : 1]) == SymbolKind::length &&
+           kind_of(p.terms()[first ? 1 : 0]) == SymbolKind::com_coordinate;
+  }
+  return negatives > 0 && is_negative(sorted(p)[0]);
 }
 
 /// The common factors of the root's terms are squared separately, in front of the brackets.
@@ -138,10 +180,7 @@ FormulaPrinter::Printed FormulaPrinter::square_of(const Polynomial& root, int de
   printed = bracketed(printed);
   printed.text = format_square(printed.text);
   if (!factors_out || (common.monomial.is_one() && common.coefficient == Rational(1))) return printed;
-  const Printed leading = term(common.monomial * common.monomial, common.coefficient * common.coefficient, 0);
-  printed.text = leading.text + " " + printed.text;
-  printed.size += leading.size;
-  return printed;
+  return product(common.monomial * common.monomial, common.coefficient * common.coefficient, 0, printed);
 }
 
 FormulaPrinter::Printed FormulaPrinter::format_sum(const Polynomial& p, int depth) {
@@ -240,7 +279,7 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
     return term(key.monomial * only.monomial, only.coefficient, key.wave != 0 ? key.wave : only.wave);
   }
   const bool has_trivial_key = key.monomial.is_one() && key.wave == 0;
-  negative = !has_trivial_key && sorted(rest)[0].coefficient.sign() < 0;
+  negative = !has_trivial_key && is_minus_taken_out(rest);
   if (has_trivial_key) return format(rest, depth + 1);
   // a number that all terms share belongs in front of the key: 2 m (a + b), not m 2 (a + b)
   Term content = content_of(rest);
@@ -248,48 +287,82 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
       content.coefficient == Rational(1) && !content.monomial.is_one() && smallest.sign() != 0)
     content.coefficient = smallest;
   const Rational shared = content.wave == 0 ? content.coefficient : Rational(1);
-  const Printed inner = format(Polynomial(Rational(negative ? -1 : 1) / shared) * rest, depth + 1);
-  const Monomial numerator = positive_part(key.monomial), denominator = negative_part(key.monomial).inverse();
-  Printed printed = bracketed(inner);
-  if (!numerator.is_one() || !(shared == Rational(1))) {
-    const Printed leading = term(numerator, shared, 0);
-    printed.text = leading.text + " " + printed.text;
-    printed.size += leading.size;
+  return product(key.monomial, shared, key.wave,
+                 format(Polynomial(Rational(negative ? -1 : 1) / shared) * rest, depth + 1));
+}
+
+/// The parts of a ratio, whole + (or −) numerator / denominator.
+struct FormulaPrinter::Ratio {
+  int whole = 0;
+  bool is_negative = false;
+  Polynomial numerator, denominator;
+};
+
+FormulaPrinter::Ratio FormulaPrinter::simplify(Polynomial numerator, Polynomial denominator) const {
+  Ratio ratio;
+  for (const int n : {1, -1, 2, -2}) {
+    const Polynomial rest = numerator - Polynomial(n) * denominator;
+    if (rest.size() + denominator.size() != numerator.size()) continue;
+    ratio.whole = n;
+    numerator = rest;
+    break;
   }
-  if (key.wave != 0) {
-    printed.text += " " + format_trigonometric(key.wave);
-    ++printed.size;
-  }
-  return denominator.is_one() ? printed : divided(printed, term(denominator, 1, 0));
+  if (numerator.is_zero()) return ratio;
+  const Monomial common = shared_powers(numerator, denominator);
+  const Rational fraction(1, std::lcm(common_denominator(numerator), common_denominator(denominator)));
+  numerator = divided_by(numerator, {common, 0, fraction});
+  denominator = divided_by(denominator, {common, 0, fraction});
+  if (sorted(denominator)[0].coefficient.sign() < 0) numerator = -numerator, denominator = -denominator;
+  ratio.is_negative = is_minus_taken_out(numerator);
+  ratio.numerator = ratio.is_negative ? -numerator : numerator;
+  ratio.denominator = denominator;
+  return ratio;
 }
 
 std::string FormulaPrinter::print_ratio(const Polynomial& numerator, const Polynomial& denominator) {
-  Polynomial reduced_numerator = numerator, reduced_denominator = denominator;
-  std::string integer_part;
-  for (const int n : {1, -1, 2, -2}) {
-    const Polynomial rest = reduced_numerator - Polynomial(n) * reduced_denominator;
-    if (rest.size() + reduced_denominator.size() != reduced_numerator.size()) continue;
-    integer_part = std::to_string(n);
-    reduced_numerator = rest;
-    break;
+  const Ratio ratio = simplify(numerator, denominator);
+  if (ratio.numerator.is_zero()) return std::to_string(ratio.whole);
+  const Printed fraction = divided(format(ratio.numerator, 1), format(ratio.denominator, 1));
+  remove_placeholders();
+  const std::string whole = ratio.whole == 0 ? "" : std::to_string(ratio.whole);
+  if (ratio.is_negative) return whole.empty() ? "-" + fraction.text : whole + " - " + fraction.text;
+  if (ratio.whole < 0) return fraction.text + " - " + whole.substr(1);
+  return whole.empty() ? fraction.text : whole + " + " + fraction.text;
+}
+
+std::string FormulaPrinter::print_product(const Polynomial& numerator, const Polynomial& denominator,
+                                          const Polynomial& factor) {
+  if (factor.is_zero()) return "0";
+  if (const Monomial common = shared_powers(factor, denominator); !common.is_one())
+    return print_product(numerator, divided_by(denominator, {common, 0, 1}), divided_by(factor, {common, 0, 1}));
+  const Ratio ratio = simplify(numerator, denominator);
+  if (ratio.numerator.is_zero()) return print(Polynomial(ratio.whole) * factor);
+  const bool is_negative = is_minus_taken_out(factor);
+  const Printed second = format(is_negative ? -factor : factor, 1);
+  Printed first;
+  if (ratio.whole != 0)
+    first = {print_ratio(numerator, denominator), 0, true};
+  else if (style_ == PrintStyle::text)
+    first = format(ratio.numerator, 1);
+  else
+    first = divided(format(ratio.numerator, 1), format(ratio.denominator, 1));
+  Printed printed = second;
+  if (first.text != "1") {
+    const Printed before = bracketed(first);
+    if (second.is_quotient)
+      printed = quotient(before.text + " " + second.over, second.divisor, second.under, before.size + second.size);
+    else
+      printed = {before.text + " " + bracketed(second).text, before.size + second.size, false};
   }
-  if (reduced_numerator.is_zero()) return integer_part.empty() ? "0" : integer_part;
-  const Term a = content_of(reduced_numerator), b = content_of(reduced_denominator);
-  const Monomial shared = a.monomial.select([&](int s, int e) { return e > 0 && b.monomial.exponent_of(s) > 0; });
-  Monomial common;
-  for (int k = 0; k < shared.size(); ++k)
-    common.append(shared.symbol(k), std::min(shared.exponent(k), b.monomial.exponent_of(shared.symbol(k))));
-  reduced_numerator = divided_by(reduced_numerator, {common, 0, 1}),
-  reduced_denominator = divided_by(reduced_denominator, {common, 0, 1});
-  const bool is_flipped = sorted(reduced_denominator)[0].coefficient.sign() < 0;
-  if (is_flipped) reduced_numerator = -reduced_numerator, reduced_denominator = -reduced_denominator;
-  const bool negative = sorted(reduced_numerator)[0].coefficient.sign() < 0;
-  const Printed fraction =
-      divided(format(negative ? -reduced_numerator : reduced_numerator, 1), format(reduced_denominator, 1));
+  if (ratio.whole == 0 && style_ == PrintStyle::text && !(ratio.denominator == Polynomial(1)))
+    printed = divided(printed, format(ratio.denominator, 1));
+  remove_placeholders();
+  return ((ratio.whole == 0 && ratio.is_negative) != is_negative ? "-" : "") + printed.text;
+}
+
+void FormulaPrinter::remove_placeholders() {
   ring_->truncate_symbols(static_cast<int>(ring_->symbols().size() - placeholders_.size()));
   placeholders_.clear();
-  if (integer_part.empty()) return (negative ? "-" : "") + fraction.text;
-  return integer_part + (negative ? " - " : " + ") + fraction.text;
 }
 
 // Numbers, symbols, waves and products of them.
@@ -420,49 +493,101 @@ std::string FormulaPrinter::format_trigonometric(TrigonometricId trig) const {
 /// `size` counts symbols, functions and numbers; the sign is left out.
 FormulaPrinter::Printed FormulaPrinter::term(const Monomial& monomial, Rational coefficient,
                                              TrigonometricId trig) const {
-  Printed numerator, denominator;
+  return product(monomial, coefficient, trig, {});
+}
+
+namespace {
+
+/// Names of several letters in LaTeX keep their distance from what stands beside them.
+void append_factor(std::string& product, const std::string& factor) {
+  if (factor.empty()) return;
+  const bool is_word = factor.find("\\mathrm{") < 2 ||
+                       product.compare(std::min(product.rfind(' ') + 1, product.size()), 8, "\\mathrm{") == 0;
+  if (!product.empty()) product += is_word ? " \\, " : " ";
+  product += factor;
+}
+
+/// Whether several factors stand side by side outside brackets.
+bool has_several_factors(const std::string& text) {
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '(') ++depth;
+    if (c == ')') --depth;
+    if (c == ' ' && depth == 0) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+/// over / (divisor under), as text.
+FormulaPrinter::Printed FormulaPrinter::quotient(std::string over, std::int64_t divisor, std::string under,
+                                                 int size) const {
+  if (over.empty()) over = "1";
+  if (divisor == 1 && under.empty()) return {over, size, false};
+  std::string below = divisor == 1 ? "" : std::to_string(divisor);
+  append_factor(below, under);
+  Printed printed{over + (has_several_factors(below) ? "/(" + below + ")" : "/" + below), size, false};
+  printed.is_quotient = true;
+  printed.over = std::move(over), printed.divisor = divisor, printed.under = std::move(under);
+  return printed;
+}
+
+/// A fraction's denominator stands below the line, `a b/2`; in LaTeX a fraction stands in front.
+FormulaPrinter::Printed FormulaPrinter::product(const Monomial& monomial, Rational coefficient, TrigonometricId trig,
+                                                const Printed& inner) const {
+  const bool latex = style_ == PrintStyle::latex;
+  const bool merges = !latex && inner.is_quotient;
+  Rational leading = abs(coefficient);
+  if (merges) leading = leading / Rational(inner.divisor, 1);
+  std::string over, under = merges ? inner.under : "";
+  int size = inner.size;
+  const Rational shown = latex ? leading : Rational(leading.numerator(), 1);
+  if (!(shown == Rational(1))) append_factor(over, number(shown));
+  if (!(leading == Rational(1))) ++size;
   std::vector<std::pair<int, int>> order;
   for (int k = 0; k < monomial.size(); ++k) order.emplace_back(product_rank(ring_->symbol(monomial.symbol(k)).kind), k);
   std::sort(order.begin(), order.end());
-  const auto append_factor = [](Printed& to, const std::string& text) {
-    to.text += (to.text.empty() ? "" : " ") + text;
-    ++to.size;
-  };
   for (const auto& [rank, k] : order) {
     const int exponent = monomial.exponent(k);
-    append_factor(exponent > 0 ? numerator : denominator, factor(monomial.symbol(k), std::abs(exponent)));
+    append_factor(exponent > 0 ? over : under, factor(monomial.symbol(k), std::abs(exponent)));
+    ++size;
   }
-  if (trig != 0) append_factor(numerator, format_trigonometric(trig));
-  const Rational size = abs(coefficient);
-  if (!(size == Rational(1)) || numerator.text.empty()) {
-    numerator.text = number(size) + (numerator.text.empty() ? "" : " " + numerator.text);
-    ++numerator.size;
-  }
-  return denominator.text.empty() ? numerator : divided(numerator, denominator);
+  append_factor(over, merges ? inner.over : bracketed(inner).text);
+  if (trig != 0) append_factor(over, format_trigonometric(trig)), ++size;
+  if (over.empty() && size == 0) size = 1;
+  if (!latex) return quotient(over, leading.denominator(), under, size);
+  if (over.empty()) over = "1";
+  if (!under.empty()) over = "\\frac{" + over + "}{" + under + "}";
+  return {over, size, false};
 }
 
 FormulaPrinter::Printed FormulaPrinter::bracketed(Printed inner) const {
   if (!inner.is_sum) return inner;
   const bool latex = style_ == PrintStyle::latex;
   inner.text = (latex ? "\\left(" : "(") + inner.text + (latex ? "\\right)" : ")");
-  inner.is_sum = false;
+  inner.is_sum = inner.is_quotient = false;
   return inner;
 }
 
-FormulaPrinter::Printed FormulaPrinter::divided(Printed numerator, const Printed& denominator) const {
-  const bool needs_brackets =
-      denominator.size > 1 || denominator.is_sum || denominator.text.find(' ') != std::string::npos;
-  if (style_ == PrintStyle::latex)
-    numerator.text = "\\frac{" + numerator.text + "}{" + denominator.text + "}";
-  else
-    numerator.text =
-        bracketed(numerator).text + (needs_brackets ? "/(" : "/") + denominator.text + (needs_brackets ? ")" : "");
-  numerator.size += denominator.size;
-  numerator.is_sum = false;
-  return numerator;
+FormulaPrinter::Printed FormulaPrinter::divided(const Printed& numerator, Printed denominator) const {
+  const int size = numerator.size + denominator.size;
+  if (style_ == PrintStyle::latex) {
+    if (numerator.text.size() > max_latex_numerator)
+      return {"\\frac{1}{" + denominator.text + "} " + bracketed(numerator).text, size, false};
+    return {"\\frac{" + numerator.text + "}{" + denominator.text + "}", size, false};
+  }
+  denominator.is_sum = denominator.is_sum || denominator.is_quotient;
+  std::string under = numerator.is_quotient ? numerator.under : "";
+  append_factor(under, bracketed(denominator).text);
+  if (numerator.is_quotient) return quotient(numerator.over, numerator.divisor, under, size);
+  return quotient(bracketed(numerator).text, 1, under, size);
 }
 
-FormulaPrinter::Printed FormulaPrinter::join_terms(const std::vector<std::pair<bool, Printed>>& parts) const {
+FormulaPrinter::Printed FormulaPrinter::join_terms(std::vector<std::pair<bool, Printed>> parts) const {
+  const auto is_minus = [](const auto& part) { return part.first || part.second.text.starts_with('-'); };
+  if (parts.size() == 2 && !parts[0].second.is_sum && is_minus(parts[0]) && !is_minus(parts[1]))
+    std::swap(parts[0], parts[1]);
   Printed sum;
   for (const auto& [negative, printed] : parts) {
     const std::string text = negative ? bracketed(printed).text : printed.text;

@@ -23,13 +23,17 @@ std::string latex_name(const std::string& name);
 
 class FormulaPrinter {
  public:
-  explicit FormulaPrinter(Ring& ring, PrintStyle style = PrintStyle::text) : ring_(&ring), style_(style) {}
+  /// @param collected symbols by whose powers sums are grouped, the first one outermost
+  explicit FormulaPrinter(Ring& ring, PrintStyle style = PrintStyle::text, std::vector<int> collected = {})
+      : ring_(&ring), style_(style), collected_(std::move(collected)) {}
 
   std::string print(const Polynomial& p);
   /// With the ring's values instead of all symbols except coordinates, rates and named expressions.
   std::string print_numbers(const Polynomial& p) const;
   /// numerator / denominator, with common factors cancelled as far as they are recognised.
   std::string print_ratio(const Polynomial& numerator, const Polynomial& denominator);
+  /// numerator factor / denominator, without multiplying the factor out.
+  std::string print_product(const Polynomial& numerator, const Polynomial& denominator, const Polynomial& factor);
   std::string symbol_text(int symbol) const;
   std::string angle_text(int angle) const;
 
@@ -39,7 +43,16 @@ class FormulaPrinter {
     std::string text;
     int size = 0;
     bool is_sum = false;
+    bool is_quotient = false;  ///< over / (divisor under), if it is text
+    std::string over = "", under = "";
+    std::int64_t divisor = 1;
   };
+  /// A product with a minus in front is a sum.
+  static void negate(Printed& printed) {
+    printed.text.insert(0, "-");
+    printed.is_sum = true, printed.is_quotient = false;
+  }
+  struct Ratio;
   using Part = std::function<Term(const Term&)>;  ///< monomial and wave by which a term is grouped
 
   // formula_printer.cpp
@@ -51,6 +64,9 @@ class FormulaPrinter {
   std::optional<Printed> factor_out_number(const Polynomial& p, int depth);
   Printed format_grouped(const Polynomial& p, const Part& part, int depth);
   Printed group(const Term& key, const Polynomial& rest, int depth, bool& negative);
+  bool is_minus_taken_out(const Polynomial& p) const;
+  Ratio simplify(Polynomial numerator, Polynomial denominator) const;
+  void remove_placeholders();
 
   // formula_printer.cpp
   std::string number(Rational value) const;
@@ -59,8 +75,10 @@ class FormulaPrinter {
   std::string format_trigonometric(TrigonometricId trig) const;
   Printed term(const Monomial& monomial, Rational factor, TrigonometricId trig) const;
   Printed bracketed(Printed inner) const;
-  Printed divided(Printed numerator, const Printed& denominator) const;
-  Printed join_terms(const std::vector<std::pair<bool, Printed>>& parts) const;
+  Printed divided(const Printed& numerator, Printed denominator) const;
+  Printed product(const Monomial& monomial, Rational coefficient, TrigonometricId trig, const Printed& inner) const;
+  Printed quotient(std::string over, std::int64_t divisor, std::string under, int size) const;
+  Printed join_terms(std::vector<std::pair<bool, Printed>> parts) const;
   std::vector<Term> sorted(const Polynomial& p) const;
   std::string format_square(const std::string& text) const;
 
@@ -73,6 +91,7 @@ class FormulaPrinter {
 
   Ring* ring_;
   PrintStyle style_;
+  std::vector<int> collected_;
   std::map<std::string, int> placeholders_;  ///< symbols that stand for text
   bool is_number_factored_out_ = false, recognises_squares_ = true;
 };

@@ -1,9 +1,11 @@
 #pragma once
 /// All formulas of a mechanism with their names, by section.
 
+#include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
 #include "balance/synthesis/formulas/solve_request.hpp"
+#include "balance/synthesis/formulas/speed_formulas.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
 
 #include <map>
@@ -26,6 +28,8 @@ enum class SheetSectionKind {
   efforts,    ///< without the closures
   solutions,  ///< conditions solved for named numbers
   balanced,   ///< the equations of motion with these
+  reduced,    ///< the equations of motion in the independent coordinates
+  speeds,     ///< the equations of motion in chosen speeds
 };
 
 /// "inertia", …, in the enum's order.
@@ -45,6 +49,7 @@ struct SheetFormula {
   std::string denominator_name;  ///< of a denominator that has a formula of its own
   std::vector<FormulaProduct> products = {};
   bool is_symbol = false;  ///< the name is that of a number of the spec
+  int symbol = -1;         ///< in the ring, of a step: others refer to this formula by it
 
   std::string label() const { return name + indices; }
 };
@@ -63,10 +68,22 @@ struct FormulaSheet {
   std::unique_ptr<Ring> ring;
   SymbolicEquations equations;
   std::vector<SheetSection> sections;
-  std::optional<SymbolicRegressor> regressor;  ///< if requested
-  std::optional<NaturalEquations> natural;     ///< if requested
-  std::optional<SolvedConditions> solution;    ///< if requested
+  std::optional<SymbolicRegressor> regressor;         ///< if requested
+  std::optional<NaturalEquations> natural;            ///< if requested
+  std::optional<SolvedConditions> solution;           ///< if requested
+  std::optional<SpeedFormulas> speeds;                ///< if requested
+  conditions::ChosenSpeeds chosen_speeds;             ///< the speeds of `speeds`
+  std::vector<int> independent;                       ///< columns of `reduced`; empty without it
+  std::vector<std::pair<Polynomial, double>> pivots;  ///< divisors in steps, with their usual sizes
   std::vector<std::string> notes;
+};
+
+/// The conditions of one goal, as `balance conditions` derives them.
+struct GoalConditions {
+  Goal goal;
+  Conditions conditions;
+  conditions::ConditionNames names;
+  std::string reason;  ///< why there are none; else empty
 };
 
 struct SheetOptions {
@@ -76,6 +93,10 @@ struct SheetOptions {
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
   std::optional<SolveRequest> solve = {};
+  std::vector<std::string> independent = {};  ///< names of coordinates; empty: a choice
+  /// Of mechanisms whose conditions are not coefficients of the formulas: those with loops or constraints on speeds.
+  std::vector<GoalConditions> conditions = {};
+  std::vector<model::GeneralisedSpeed> speeds = {};  ///< of the section `speeds`
 };
 
 /// @throws FormulaError for anything that has no formula
@@ -111,8 +132,9 @@ struct PrintedSection {
 
 struct PrintOptions {
   PrintStyle style = PrintStyle::text;
-  bool with_values = false;      ///< the spec's numbers instead of symbols
-  std::size_t max_terms = 1000;  ///< per section; longer sections are left out
+  bool with_values = false;         ///< the spec's numbers instead of symbols
+  std::vector<int> collected = {};  ///< symbols by whose powers sums are grouped
+  std::size_t max_terms = 1000;     ///< per section; longer sections are left out
 };
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});

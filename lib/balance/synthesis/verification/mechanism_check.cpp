@@ -7,6 +7,7 @@
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/motion/simulation/feasible_assembly_modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,10 @@ namespace {
 /// Maximum number of coordinates times steps in the search for assembly modes: a second or two. Mechanisms of a
 /// thousand coordinates need less.
 constexpr long max_assembly_search_work = 1'500'000;
+
+/// Runs along trajectories that are tried in the modes, fewer for many coordinates: some tenths of a second. Where the law
+/// has to be searched for, a run counts for several.
+constexpr int max_motion_work = 1500, min_motion_runs = 3, max_motion_runs = 64, optimised_run_work = 8;
 
 template <class S>
 class MechanismChecker {
@@ -40,6 +45,7 @@ class MechanismChecker {
     compute_ranks(start.y);
     describe_start(start.y);
     find_modes(start.y);
+    find_motions();
     check_actuators();
     report_.outcome.status = MotionStatus::done;
     return report_;
@@ -169,6 +175,34 @@ class MechanismChecker {
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
     for (AssemblyMode& mode : report_.modes)
       mode.assembly_line = format_assembly_line(mechanism_, tree_, start_equations_.drive, mode.coordinates);
+  }
+
+  /// Which trajectories can be followed in which mode.
+  void find_motions() {
+    const std::vector<Trajectory>& trajectories = study_.trajectories;
+    if (trajectories.empty() || report_.modes.empty()) return;
+    int runs = std::clamp(max_motion_work / (tree_.columns * tree_.columns + 1), min_motion_runs, max_motion_runs);
+    std::vector<MotionOutcome> selected;
+    std::size_t tried = 0;
+    for (; tried < report_.modes.size() && runs > 0; ++tried) {
+      AssemblyMode& mode = report_.modes[tried];
+      for (const Trajectory& trajectory : trajectories) {
+        runs -= is_mechanism_dependent(trajectory) ? optimised_run_work : 1;
+        const MotionOutcome outcome = simulation::find_outcome_in_mode(mechanism_, trajectory, mode.coordinates);
+        if (outcome.status == MotionStatus::done) mode.motions.push_back(trajectory.name);
+        if (tried == 0) selected.push_back(outcome);
+      }
+    }
+    const bool has_all = tried == report_.modes.size();
+    if (!has_all)
+      report_.notes.push_back("the trajectories were tried in " + std::to_string(tried) + " of " +
+                              std::to_string(report_.modes.size()) + " assembly modes");
+    for (std::size_t k = 0; k < trajectories.size(); ++k)
+      if (std::none_of(report_.modes.begin(), report_.modes.end(), [&](const AssemblyMode& mode) {
+            return std::find(mode.motions.begin(), mode.motions.end(), trajectories[k].name) != mode.motions.end();
+          }))
+        report_.notes.push_back(std::string("no assembly mode that was ") + (has_all ? "found" : "tried") +
+                                " can follow " + trajectories[k].name + ": " + selected[k].reason);
   }
 
   void check_actuators() {

@@ -16,6 +16,7 @@ struct AssemblyMode {
   std::vector<double> coordinates;  ///< of all joints, in the order of Mechanism::coordinates; angles in (−π, π]
   std::string assembly_line;        ///< `assembly: {B1: -1.6, B2: -2.8}`: selects this mode if pasted into the spec
   bool is_selected = false;         ///< the mode that the spec currently selects
+  std::vector<std::string> motions = {};  ///< trajectories that can be followed from it without a singularity
 };
 
 struct Loop {
