@@ -294,6 +294,8 @@ MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (!actuation_.mismatch().empty()) return {MotionStatus::mismatch, time, actuation_.mismatch(), {}};
+  if (!actuation_.has_linear_projection())
+    return {MotionStatus::mismatch, time, trajectory::describe_nonlinear_efforts("parts"), {}};
   if (!actuation_.project(branch_.equations(), matrix))
     return {MotionStatus::actuation_singularity,
             time,
