@@ -229,6 +229,42 @@ class QuasiVelocities(Case):
         self.refused(4, "fewer than the degrees of freedom", "conditions", plate, "--goal", "gyroscopic", "--speeds", "x: tool.x")
         self.refused(2, "--strategy modular", "conditions", plate, "--goal", "static", "--strategy", "modular", "--speeds", "x: tool.x")
 
+    def test_as_many_conditions_as_differences_of_the_terms(self):
+        """The terms of u = M p' + D p p + z' are linear in the masses: their differences when one changes are the rows."""
+        def spec(p):
+            m1, x1, y1, j1, m2, x2, y2, j2 = p
+            body = "{{mass: {}, com: [{}, {}], inertia: {{about: origin, value: {}}}, points: {}}}"
+            return self.write("rank.yaml", ARM.split("ground:")[0] + "ground: {points: {O: [0, 0]}}\nbodies:\n  a: " +
+                              body.format(m1, x1 / m1, y1 / m1, j1, "{A: [0, 0], B: [0.5, 0.1]}") + "\n  b: " +
+                              body.format(m2, x2 / m2, y2 / m2, j2, "{B: [0, 0], H: [0.4, 0.05]}") +
+                              "\njoints:" + ARM.split("joints:")[1].split("springs:")[0] + "actuators: [A, B]\ntool: b.H\n")
+
+        def terms(p, pose, speeds):
+            own = self.at(spec(p), pose, "--speeds", speeds, "--only", "inertia,velocity,gravity")["in_speeds"]
+            inverse = np.linalg.inv(own["input"])
+            return [inverse @ np.array(own["M"]), np.einsum("ki,irs->krs", inverse, np.array(own["D"])), inverse @ np.array(own["z"]["sum"])]
+
+        base = np.array([2, 0.4, 0.1, 0.5, 1, 0.15, 0.02, 0.3])
+        for goal, speeds in (("decoupled", "x: tool.x, y: tool.y"), ("fully-gyroscopic", "f: A, s: {A: 1, B: 1}"),
+                             ("gyroscopic", 'p: {A: "2 + cos(B)"}, r: B')):
+            rows, first = [], None
+            for pose in ("A=0.3,B=0.9", "A=-1.1,B=1.7", "A=1.9,B=0.5", "A=0.8,B=2.2", "A=-0.4,B=1.2"):
+                start, columns = terms(base, pose, speeds), []
+                for k in range(8):
+                    changed = np.where(np.arange(8) == k, 1.1 * base, base)
+                    columns.append([(a - b) / (changed[k] - base[k]) for a, b in zip(terms(changed, pose, speeds), start)])
+                M = np.array([c[0] for c in columns])
+                rows += [np.array([c[2] for c in columns]).T, np.array([c[1] for c in columns]).reshape(8, -1).T]
+                if goal == "decoupled":
+                    rows.append(np.stack([M[:, 0, 1], M[:, 1, 0]]))
+                if goal.startswith("fully"):
+                    first = M if first is None else first
+                    rows.append((M - first).reshape(8, -1).T)
+            singular = np.linalg.svd(np.vstack(rows))[1]
+            done = run("conditions", spec(base), "--goal", goal, "--speeds", speeds, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(json.loads(done.stdout)["rank"], np.sum(singular > 1e-6 * singular[0]), (goal, speeds))
+
     def test_decoupled_in_speeds(self):
         """Absolute angles of an arm with both motors on the base: decoupled when the second centre of mass is in its joint."""
         done = run("conditions", self.write("arm.yaml", ARM.replace("gravity: [0, -9.81]", "gravity: [0, 0]").replace("springs: {s: {joint: B, stiffness: 3}}\n", "")),

@@ -228,7 +228,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
 void ControlLaw::change_model(double time, const Mechanism& model) {
   model_mechanism_ = &model;
   model_ = dynamics::ForwardDynamics(model, {.preferred = model.actuators});
-  if (task_) task_.emplace(model, controller_.speeds);
+  if (task_) task_.emplace(model, controller_.speeds);  // its centre of mass is the model's
   if (state_.size() > 0) model_.set_state(time, state_, rates_);
 }
 
