@@ -15,8 +15,8 @@ namespace {
 // Numbers are relative to the largest component of the least-norm solution, or to its largest violation of a bound.
 constexpr double multiplier_threshold = 1e-9;  // of constraints that determine the solution; multipliers are of order 1
 constexpr double excess_round_off = 1e-10;     // smaller excesses over bounds are none
-constexpr double null_space_round_off = 1e-13;  // of entries of orthonormal vectors; smaller ones are zero
-constexpr double constraint_slack = 1e-11;      // lets the last program have an interior; removed by polish()
+constexpr double null_space_round_off = 1e-13;         // of entries of orthonormal vectors; smaller ones are zero
+constexpr double constraint_slacks[] = {1e-11, 1e-9};  // let the last programs have an interior; removed by polish()
 constexpr double max_polish_step = 1e-6, max_polish_violation = 1e-9;
 /// Weights of the proximal terms. Small ones cross flat slopes, the last one removes round-off.
 constexpr double proximal_weights[] = {1e-2, 1e-4, 1e-6, 1e-8, 1e-4, 1e-2};
@@ -110,7 +110,7 @@ class BoundedSolver {
 
   /// At a vertex of the constraints, round-off may leave no solution.
   std::optional<VectorX> minimise_norm_with_slack() {
-    for (double slack = constraint_slack; slack < 1e-7; slack *= 100)
+    for (const double slack : constraint_slacks)
       if (std::optional<VectorX> z = minimise_norm(slack)) return z;
     return std::nullopt;
   }
@@ -146,7 +146,7 @@ class BoundedSolver {
     for (const double weight : proximal_weights) {
       QuadraticProgram program{weight * MatrixX::Identity(n, n), -weight * point, MatrixX(0, n), VectorX(), {}, {}};
       program.gradient[n - 1] += 1;
-      used = assemble(program, is_peak ? 2 : 1, true, constraint_slack);
+      used = assemble(program, is_peak ? 2 : 1, true, constraint_slacks[0]);
       const std::optional<QuadraticOptimum> optimum = solve_quadratic_program(program);
       if (!optimum) continue;
       point = optimum->x;
