@@ -13,6 +13,7 @@
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
+#include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 #include "balance/synthesis/formulas/program_code.hpp"
@@ -566,6 +567,8 @@ ExitCode print_formulas(const FormulaOptions& options) {
       print(formulas::generate_program(study.mechanism, source.texts, language, nullptr,
                                        {coordinates, options.independent, simulation::start_coordinates(study)}));
     }
+  } catch (const formulas::IndependentCoordinatesError& error) {
+    throw UsageError(std::string("--independent: ") + error.what());
   } catch (const formulas::FormulaError& error) {
     throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
   }

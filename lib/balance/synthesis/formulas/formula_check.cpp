@@ -57,7 +57,7 @@ namespace {
 
 /// Round-off of thousands of terms is far below this, a wrong term far above.
 constexpr double check_tolerance = 1e-9;
-constexpr int max_pose_attempts = 60;
+constexpr int max_pose_attempts = 60, attempts_per_offset = 15;
 /// Number of states with other numbers, and of poses tried with each draw of these.
 constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
 /// Redundant closures depend on the others only up to the round-off of the pose.
@@ -304,7 +304,8 @@ class EngineComparison {
   /// Draws a random pose. With loops, it starts near the spec's rough values and moves to where the loops close.
   bool find_pose(VectorX& y) {
     const SymbolicEquations& e = sheet_.equations;
-    y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
+    // loops of which few poses close are tried nearer and nearer to the rough values
+    y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + attempts_++ / attempts_per_offset));
     if (!e.closure.empty()) y += rough_pose(mechanism_, e);
     return close_loops(*sheet_.ring, e, y);
   }
@@ -381,6 +382,7 @@ class EngineComparison {
   InverseDynamics engine_;
   std::mt19937_64 random_;
   Eigen::Index n_;
+  int attempts_ = 0;  ///< to find a pose
   Values values_;
   VectorX closed_coordinates_;  ///< the engine's coordinates; empty without loops
 };
