@@ -562,6 +562,11 @@ ExitCode print_formulas(const FormulaOptions& options) {
       print_view(options, source);
     } else {
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
+      if (options.coordinates == "independent" && has_velocity_constraints(study.mechanism))
+        throw formulas::FormulaError(
+            "speeds are constrained, so rates of coordinates are not independent; --coordinates all prints a program "
+            "of "
+            "all coordinates");
       const auto coordinates =
           options.coordinates == "all" ? formulas::ProgramCoordinates::all : formulas::ProgramCoordinates::independent;
       print(formulas::generate_program(study.mechanism, source.texts, language, nullptr,

@@ -482,8 +482,8 @@ class ClosureElimination::Implementation {
     const std::size_t size = A.size();
     MatrixX quality = relative_sizes(A, s, samples_.size());
     // other poses may be of another assembly mode, where other entries are large
-    if (quality.maxCoeff() < rank_threshold) quality = relative_sizes(A, s, 1);
-    const double best = quality.maxCoeff();
+    if (numerics::max_abs(quality) < rank_threshold) quality = relative_sizes(A, s, 1);
+    const double best = numerics::max_abs(quality);
     if (best < rank_threshold) throw FormulaError("the closures are singular");
     const auto at = [&](std::size_t r, std::size_t c) {
       return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
