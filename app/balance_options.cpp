@@ -17,9 +17,11 @@
 
 namespace balance::app {
 
-reports::ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space,
-                                                         bool named) {
-  reports::ConditionsOutcome answer = derive_conditions_data(make_balance_query(goal, space.start), space, named);
+reports::ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space, bool named,
+                                                         std::vector<model::GeneralisedSpeed> speeds) {
+  reports::BalanceRequest request = make_balance_query(goal, space.start);
+  request.speeds = std::move(speeds);
+  reports::ConditionsOutcome answer = derive_conditions_data(request, space, named);
   if (answer.refusal) throw MechanismFailure(answer.refusal.status, answer.refusal.reason);
   return std::move(answer.view);
 }

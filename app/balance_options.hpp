@@ -46,9 +46,11 @@ reports::BalanceRequest make_balance_query(const GoalOptions& options, const Stu
 
 /// The conditions of the goals given by the options or, if there are none, those of the spec.
 /// @param named whether to name coefficients after the lengths that they consist of
+/// @param speeds in whose derivatives they are stated; empty: none are chosen
 /// @throws UsageError as make_balance_query; MechanismFailure if the conditions cannot be derived
 reports::ConditionsReportData derive_conditions_or_throw(const GoalOptions& goal, const DesignSpace& space,
-                                                         bool named = true);
+                                                         bool named = true,
+                                                         std::vector<model::GeneralisedSpeed> speeds = {});
 
 /// @throws MechanismFailure if the mechanism has no design; SpecError if the design section of the spec is invalid
 DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options);

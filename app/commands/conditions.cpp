@@ -3,9 +3,13 @@
 #include "cli/console.hpp"
 
 #include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/specification/read_options.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace balance::app {
 namespace {
@@ -15,6 +19,7 @@ struct ConditionsOptions {
   GoalOptions goal;
   bool latex = false;
   bool numbers = false;
+  std::string speeds;  ///< as of `balance equations`; empty: none
 };
 
 void add_options(CLI::App& parser, ConditionsOptions& o) {
@@ -24,11 +29,25 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
   latex->excludes(parser.get_option("--json"));
   add_units_option(parser, o.spec.units);
   parser.add_flag("--numbers", o.numbers, "print coefficients as numbers instead of in terms of lengths");
+  parser
+      .add_option("--speeds", o.speeds,
+                  "state velocity terms and inertia in the derivatives of these speeds, as in balance equations:\n"
+                  "\"vx: tool.x, vy: tool.y\"")
+      ->type_name("NAME: TERMS,...")
+      ->check([](const std::string& text) {
+        return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected speeds, found an empty text" : "";
+      });
 }
 
 ExitCode run(const ConditionsOptions& options) {
   const DesignSpace space = read_space(options.spec);
-  const reports::ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
+  std::vector<model::GeneralisedSpeed> speeds;
+  if (!options.speeds.empty()) {
+    if (is_modular(options.goal)) throw UsageError("--speeds cannot be combined with --strategy modular");
+    speeds = specification::read_speeds(options.speeds, "--speeds", space.start);
+  }
+  const reports::ConditionsReportData view =
+      derive_conditions_or_throw(options.goal, space, !options.numbers, std::move(speeds));
   for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (options.spec.json)
     print(files::format_json(conditions_json(view, space.start.warnings)));
@@ -58,7 +77,8 @@ Command setup_conditions(CLI::App& program) {
       "  balance conditions 5r.yaml --goal static\n"
       "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"
       "  balance conditions rr.yaml --goal decoupled --latex\n"
-      "  balance conditions arm.yaml --goal gyroscopic --without friction");
+      "  balance conditions arm.yaml --goal gyroscopic --without friction\n"
+      "  balance conditions rr.yaml --goal decoupled --speeds \"vx: tool.x, vy: tool.y\"");
   return {parser, [options] { return run(*options); }};
 }
 

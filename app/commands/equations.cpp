@@ -4,20 +4,15 @@
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/reports/equations_sections.hpp"
-#include "balance/interface/reports/formulas_sections.hpp"
+#include "balance/interface/reports/formula_request.hpp"
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/text_file.hpp"
-#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
-#include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
-#include "balance/synthesis/formulas/formula_sheet.hpp"
-#include "balance/synthesis/formulas/program_code.hpp"
-#include "balance/synthesis/formulas/symbolic_conditions.hpp"
 #include "balance_options.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
@@ -31,7 +26,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -86,6 +80,7 @@ struct FormulaOptions {
   std::vector<std::string> collect;
   std::vector<std::string> solve;
   GoalOptions goal;
+  std::string speeds;  ///< empty: the spec's
 };
 
 /// @throws UsageError for unknown sections
@@ -173,8 +168,9 @@ ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
     return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
                            options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
-                           options.goal});
+                           options.goal, options.speeds});
   choose_sections(options);
+  if (options.latex && !options.speeds.empty()) throw UsageError("--speeds and --latex cannot be combined with --at");
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
@@ -198,9 +194,9 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts,reduced selects sections, --code c prints\n"
-      "a program, which closes the loops. Everything printed has been read back and compared with numerical "
-      "results.\n\n"
+      "closures,solved,conditions,regressor,natural,efforts,reduced,speeds selects sections, --code c\n"
+      "prints a program, which closes the loops. Everything printed has been read back and compared with\n"
+      "numerical results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
@@ -264,7 +260,8 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
       ->type_name("NAMES")
       ->allow_extra_args(false)
       ->needs(solve);
-  for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  for (const char* name : {"--constraints", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+  parser.get_option("--speeds")->excludes(solve)->excludes(parser.get_option("--code"));
 }
 
 }  // namespace
@@ -279,16 +276,17 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
   };
   CLI::Option* speeds =
       parser
-          .add_option("--speeds", o.speeds,
-                      "also print the equation in these speeds: sums of rates of coordinates and of the tool, such as\n"
-                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          .add_option(
+              "--speeds", o.speeds,
+              "also print the equation in these speeds: sums of rates of coordinates, of the tool and of com, such as\n"
+              "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
           ->check(not_blank);
   parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
       ->check(not_blank)
       ->needs(speeds);
-  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
+  speeds->excludes(parser.get_option("--output"));
 }
 
 }  // namespace
@@ -376,206 +374,49 @@ void check_outputs(const EquationsOptions& options, const Study& study) {
 
 namespace {
 
-std::vector<formulas::SheetSectionKind> sections_of(const FormulaOptions& options) {
-  const std::vector<std::string>& names = formulas::sheet_section_names();
-  std::vector<formulas::SheetSectionKind> sections;
-  for (const std::string& name : options.only) {
-    const auto at = std::find(names.begin(), names.end(), name);
-    if (at == names.end())
-      throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "),
-                                   quote_for_message(name), append_nearest_name(name, names)));
-    sections.push_back(static_cast<formulas::SheetSectionKind>(at - names.begin()));
-    using enum formulas::SheetSectionKind;
-    if ((sections.back() == solutions || sections.back() == balanced) && options.solve.empty())
-      throw UsageError(fmt::format("--only {} needs --solve NAMES", name));
-  }
-  return sections;
-}
-
-std::string title_of(const Study& study) {
-  return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
-}
-
-/// What is read to print formulas.
-struct FormulaSource {
-  DesignSpace space;
-  study::SpecNumberTexts texts;
-  std::optional<formulas::SolveRequest> solve;
-};
-
-FormulaSource read_source(const FormulaOptions& options, const std::string& text, const ReadOptions& read) {
-  FormulaSource source;
-  source.space = read_design_space(text, specification::display_name(options.spec.spec), read);
-  Mechanism& mechanism = source.space.start.mechanism;
-  mechanism = model::mechanism_in_interval(mechanism, {}, 0);  // symbols stand for all payloads
-  source.texts = read_spec_number_texts(source.space, read);
-  return source;
-}
-
-/// Reads the spec again, such that the numbers to solve for can have any value: parameters without their expressions,
-/// numbers of the mechanism as inputs.
-FormulaSource read_solvable_source(const FormulaOptions& options, const std::string& text,
-                                   const FormulaSource& source) {
-  formulas::SolveRequest request;
-  try {
-    request.unknowns = formulas::find_unknown_numbers(source.space.start.mechanism, source.texts, options.solve);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(std::string("--solve: ") + error.what());
-  }
-  ReadOptions read = read_options(options.spec);
-  for (const formulas::UnknownNumber& unknown : request.unknowns) {
-    if (unknown.parameter.empty()) read.inputs.insert(unknown.path);
-    for (const study::NamedExpression& parameter : source.texts.recording->parameters)
-      if (parameter.name == unknown.parameter && !parameter.is_plain)
-        read.set.emplace_back(parameter.name, fmt::format("{:.17g}", parameter.value.value()));
-  }
-  for (std::string& path : formulas::list_inertial_paths(source.space.start.mechanism, source.texts))
-    read.inputs.insert(std::move(path));
-  FormulaSource solvable = read_source(options, text, read);
-  const Study& study = solvable.space.start;
-  const reports::BalanceRequest balance = make_balance_query(options.goal, study);
-  request.goals = balance.goals;
-  ConditionOptions condition_options;
-  condition_options.seed = balance.seed.value_or(condition_options.seed);
-  condition_options.excluded = balance.excluded;
-  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
-  request.derive = reports::make_conditions_deriver(balance.goals, balance.is_modular, condition_options,
-                                                    simulation::start_coordinates(study));
-  if (balance.is_modular || !balance.excluded.empty() ||
-      !formulas::has_symbolic_conditions(study.mechanism, balance.goals)) {
-    reports::ConditionsReportData conditions = derive_conditions_or_throw(options.goal, solvable.space);
-    request.conditions = std::move(conditions.conditions);
-    request.names = std::move(conditions.names);
-  }
-  solvable.solve = std::move(request);
-  return solvable;
-}
-
-/// The conditions of a mechanism with loops or constraints on speeds, as `balance conditions` derives them.
-std::vector<formulas::GoalConditions> derive_goal_conditions(const FormulaOptions& options, const DesignSpace& space) {
-  const auto sections = sections_of(options);
-  if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::conditions) == sections.end() ||
-      formulas::is_open_chain(space.start.mechanism))
-    return {};
-  std::vector<formulas::GoalConditions> list;
-  using enum GoalKind;
-  for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) {
-    formulas::GoalConditions one{{kind, false}, {}, {}, ""};
-    GoalOptions goal = options.goal;
-    goal.goals = {study::goal_name(one.goal)};
-    try {
-      reports::ConditionsReportData view = derive_conditions_or_throw(goal, space);
-      one.conditions = std::move(view.conditions);
-      one.names = std::move(view.names);
-    } catch (const MechanismFailure& failure) {
-      one.reason = failure.what();
-    }
-    list.push_back(std::move(one));
-  }
-  return list;
-}
-
-formulas::FormulaSheet make_sheet(const FormulaOptions& options, const FormulaSource& source,
-                                  std::vector<formulas::SheetSectionKind> sections) {
-  const auto expressions =
-      options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
-  const Study& study = source.space.start;
-  formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, source.texts,
-                           {std::move(sections), expressions, source.solve, options.independent,
-                            derive_goal_conditions(options, source.space)});
-  for (const study::TemporaryPayload& payload : study.temporary_payloads)
-    sheet.notes.push_back(
-        fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
-  return sheet;
-}
-
-/// @throws UsageError for a name that no symbol has
-std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
-  std::vector<int> found;
-  std::vector<std::string> known;
-  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
-  for (const std::string& name : names) {
-    const auto at = std::find(known.begin(), known.end(), name);
-    if (at == known.end())
-      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
-                                   append_nearest_name(name, known)));
-    found.push_back(static_cast<int>(at - known.begin()));
-  }
-  return found;
-}
-
-void print_view(const FormulaOptions& options, const FormulaSource& source) {
-  const Study& study = source.space.start;
-  formulas::FormulaSheet sheet = make_sheet(options, source, sections_of(options));
-  formulas::PrintOptions print_options;
-  print_options.with_values = options.numbers;
-  print_options.collected = find_symbols(*sheet.ring, options.collect);
-  if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
-  reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  const auto check = [&] {
-    view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
-                                                {.with_perturbed_parameters = !options.numbers});
-  };
-  check();
-  if (!view.check.is_consistent && options.only.empty() && !sheet.pivots.empty()) {
-    // the steps of an elimination can be checked at fewer poses than what they are made of
-    using enum formulas::SheetSectionKind;
-    const std::string reason = "solved and reduced are left out: " + view.check.reason;
-    sheet = make_sheet(options, source, {inertia, velocity, gravity, closures});
-    sheet.notes.push_back(reason);
-    print_options.collected = find_symbols(*sheet.ring, options.collect);
-    view.sections = print_sheet(sheet, print_options);
-    check();
-  }
-  if (!view.check.is_consistent)
-    throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
-                                                      view.check.reason, view.check.states, view.check.error));
-  if (options.latex) {
-    print_options.style = formulas::PrintStyle::latex;
-    view.sections = print_sheet(sheet, print_options);
-  }
-  if (options.spec.json)
-    print(formulas_json(view));
-  else
-    print_text(options.latex ? formulas_latex(view) : formulas_text(view, text_width()));
+reports::FormulaRequest make_formula_request(const FormulaOptions& options) {
+  reports::FormulaRequest request;
+  request.only = options.only;
+  request.expand = options.expand;
+  request.with_values = options.numbers;
+  request.all = options.all;
+  request.latex = options.latex;
+  request.independent = options.independent;
+  request.solve = options.solve;
+  request.collect = options.collect;
+  request.speeds = options.speeds;
+  request.balance = [goal = options.goal](const Study& study) { return make_balance_query(goal, study); };
+  return request;
 }
 
 }  // namespace
 
 ExitCode print_formulas(const FormulaOptions& options) {
-  sections_of(options);
   const std::string text = specification::read_text_file(options.spec.spec, "spec");
-  FormulaSource source = read_source(options, text, read_options(options.spec));
-  if (!options.solve.empty()) source = read_solvable_source(options, text, source);
-  const Study& study = source.space.start;
-  if (study.mechanism.coordinates.empty())
-    throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
-  for (const std::string& name : options.independent)
-    if (const auto names = coordinate_names(study.mechanism);
-        std::find(names.begin(), names.end(), name) == names.end())
-      throw UsageError(fmt::format("--independent: there is no coordinate {}{}", quote_for_message(name),
-                                   append_nearest_name(name, names)));
-  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  const std::string file = specification::display_name(options.spec.spec);
+  const reports::FormulaRequest request = make_formula_request(options);
+  const auto announce = [](const std::vector<std::string>& warnings, const reports::RequestFailure& refusal) {
+    for (const std::string& warning : warnings) print_message("warning: " + warning);
+    if (refusal) throw MechanismFailure(refusal.status, refusal.reason);
+  };
   try {
-    if (options.code.empty()) {
-      print_view(options, source);
-    } else {
+    if (!options.code.empty()) {
+      using enum formulas::ProgramCoordinates;
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      if (options.coordinates == "independent" && has_velocity_constraints(study.mechanism))
-        throw formulas::FormulaError(
-            "speeds are constrained, so rates of coordinates are not independent; --coordinates all prints a program "
-            "of "
-            "all coordinates");
-      const auto coordinates =
-          options.coordinates == "all" ? formulas::ProgramCoordinates::all : formulas::ProgramCoordinates::independent;
-      print(formulas::generate_program(study.mechanism, source.texts, language, nullptr,
-                                       {coordinates, options.independent, simulation::start_coordinates(study)}));
+      const reports::GeneratedProgram program = generate_program_of(
+          request, language, options.coordinates == "all" ? all : independent, text, file, read_options(options.spec));
+      announce(program.warnings, program.refusal);
+      print(program.code);
+      return ExitCode::done;
     }
-  } catch (const formulas::IndependentCoordinatesError& error) {
-    throw UsageError(std::string("--independent: ") + error.what());
-  } catch (const formulas::FormulaError& error) {
-    throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
+    const reports::DerivedFormulas found = derive_formulas(request, text, file, read_options(options.spec));
+    announce(found.view.warnings, found.refusal);
+    if (options.spec.json)
+      print(formulas_json(found.view));
+    else
+      print_text(options.latex ? formulas_latex(found.latex) : formulas_text(found.view, text_width()));
+  } catch (const reports::FormulaRequestError& error) {
+    throw UsageError(error.what());
   }
   return ExitCode::done;
 }

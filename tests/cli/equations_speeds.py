@@ -174,7 +174,7 @@ class Speeds(Case):
         self.refused(2, "--speeds", *pose, "--speeds", "x: {A: 1")
         self.refused(2, "at least one speed", *pose, "--speeds", "{}")
         self.refused(2, "found an empty text", *pose, "--speeds", "")
-        self.refused(2, "as many as", *pose, "--speeds", "x: A, y: B", "--constraints", "z: tool.x")
+        self.refused(2, "held must be fewer", *pose, "--speeds", "x: A, y: B", "--constraints", "z: tool.x, w: tool.y")
         self.refused(2, "'x'", *pose, "--speeds", "x: A", "--constraints", "x: B")
         self.refused(2, "expected a number", *pose, "--speeds", "x: {A: {free: [0, 1]}}, y: B")
         self.refused(4, "overflow", *pose, "--speeds", "x: {A: 1.0e-200}, y: B")

@@ -72,11 +72,12 @@ class ClassMaker {
 
   JointType type() {
     using enum JointType;
-    static const JointType flat_[] = {revolute, revolute, revolute, revolute, prismatic, pin_slot, fixed};
+    static const JointType flat_[] = {revolute,  revolute, revolute,          revolute,
+                                      prismatic, pin_slot, JointType::planar, fixed};
     static const JointType space[] = {revolute,  revolute,  revolute,          prismatic, cylindrical,
                                       universal, spherical, JointType::planar, fixed};
     static const JointType layered[] = {revolute, revolute, revolute, prismatic, JointType::planar};
-    return planar_ ? flat_[pick(7)] : flat() ? layered[pick(5)] : space[pick(9)];
+    return planar_ ? flat_[pick(8)] : flat() ? layered[pick(5)] : space[pick(9)];
   }
 
   Joint joint(JointType type, int first, int second) {
@@ -86,6 +87,7 @@ class ClassMaker {
     const bool slides = type == JointType::prismatic || type == JointType::pin_slot;
     out.axis = flat() && !slides ? Vector3(0, 0, 1) : direction();
     if (kind_ == Kind::flat_in_space && slides) out.axis = rotation_about(Vector3::UnitZ(), number(-3, 3)).col(0);
+    if (planar_ && type == JointType::planar) out.axis2 = direction();
     if (!planar_) {
       out.axis2 = flat() ? Vector3(rotation_about(Vector3::UnitZ(), number(-3, 3)).col(0)) : direction();
       while (out.axis.cross(out.axis2).norm() < 0.1) out.axis2 = direction();

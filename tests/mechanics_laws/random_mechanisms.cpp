@@ -63,6 +63,7 @@ class Maker {
     out.first = first, out.second = second;
     const bool slides = type == JointType::prismatic || type == JointType::pin_slot;
     out.axis = planar_ && !slides ? Vector3(0, 0, 1) : direction();
+    if (planar_ && type == JointType::planar) out.axis2 = direction();
     if (!planar_) out.axis2 = out.axis.cross(direction()).normalized();
     out.point_first = 0.5 * anywhere(), out.point_second = 0.5 * anywhere();
     out.rotation = turn();
@@ -71,10 +72,10 @@ class Maker {
 
   JointType type() {
     using enum JointType;
-    static const JointType flat[] = {revolute, revolute, revolute, prismatic, pin_slot, fixed};
+    static const JointType flat[] = {revolute, revolute, revolute, prismatic, pin_slot, JointType::planar, fixed};
     static const JointType space[] = {revolute,  revolute,  prismatic,         cylindrical,
                                       universal, spherical, JointType::planar, fixed};
-    return planar_ ? flat[pick(6)] : space[pick(8)];
+    return planar_ ? flat[pick(7)] : space[pick(8)];
   }
 
   void add_body(int b) {

@@ -72,6 +72,7 @@ void describe_cut_joint(const Joint& joint, bool is_planar, Matrix3& axes, std::
       case JointType::prismatic: equations = {y, xy}; return;
       case JointType::pin_slot: equations = {y}; return;
       case JointType::fixed: equations = {x, y, xy}; return;
+      case JointType::planar: equations = {}; return;
       default: break;
     }
   } else {

@@ -129,7 +129,7 @@ class Mechanism:
         if kind in ("revolute", "fixed"):
             for d in np.eye(3)[:2]:
                 out.add(d @ gap, *rate(d))
-        else:
+        elif kind != "planar":
             self._hold(R[i] @ cross(Z, joint["axis"]), gap, rate, i, out)
         if kind in ("prismatic", "fixed"):
             x, y = R[i] @ joint["rotation"][:, 0], R[j][:, 1]

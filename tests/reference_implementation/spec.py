@@ -142,6 +142,8 @@ class Spec:
                 rotation = roll_pitch_yaw(self.vector(raw.get("rpy", [0, 0, 0])))
                 axis = self.vector(raw.get("axis", [0, 0, 1]))
             axis2 = self.vector(raw.get("axis2", [1, 0, 0]))
+            if self.planar and kind == "planar":  # the axis is the direction of x
+                axis, axis2 = np.array([0, 0, 1.0]), self.vector(raw.get("axis", [1, 0]))
             place = self.point(first, p)
             if kind == "rolling":  # the wheel's centre goes along a slot
                 kind, axis = "pin-slot", self.vector(raw.get("axis", [1, 0]))

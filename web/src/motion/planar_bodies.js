@@ -106,7 +106,7 @@ export function drawGround(stage) {
   for (const joint of view.geometry.joints) {
     if (slides(joint) && joint.first === 0) guide(stage, joint);
     if (joint.first !== 0 && joint.second !== 0) continue;
-    if (slides(joint)) continue;
+    if (slides(joint) || joint.type === "planar") continue;
     bearing(stage, stage.place(joint.first === 0 ? joint.point_first : joint.point_second));
   }
 }

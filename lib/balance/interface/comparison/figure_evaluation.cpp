@@ -254,6 +254,8 @@ void FigureEvaluator::list_equation_quantities() {
     quantities_.add_constant("gravity" + owner, unit, terms.static_terms.weight[k]);
     quantities_.add_constant("springs" + owner, unit, terms.static_terms.springs[k]);
     quantities_.add_constant("loads" + owner, unit, terms.static_terms.loads[k]);
+    if (terms.static_terms.prescribed.size() > 0)
+      quantities_.add_constant("prescribed" + owner, unit, terms.static_terms.prescribed[k]);
     quantities_.add_constant("velocity" + owner, unit, velocity(k));
     quantities_.add_constant("viscous" + owner, unit, viscous[k]);
     // what a motor at the coordinate itself would give

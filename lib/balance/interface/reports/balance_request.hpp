@@ -16,6 +16,7 @@ struct BalanceRequest {
   bool is_modular = false;            ///< conditions chain by chain instead of the complete ones
   std::optional<std::uint64_t> seed;  ///< of random configurations and searches; std::nullopt: the default
   std::vector<std::string> excluded;  ///< what the goals exclude (ConditionOptions)
+  std::vector<model::GeneralisedSpeed> speeds = {};  ///< of conditions (ConditionOptions); empty: none are chosen
 
   /// "complete" or "modular".
   const char* strategy() const { return is_modular ? "modular" : "complete"; }

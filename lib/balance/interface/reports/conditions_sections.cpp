@@ -24,7 +24,8 @@ namespace balance::reports {
 
 Json conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
   Json json = {{"mechanism", view.title}, {"goal", goals_json(view.conditions.goals)}};
-  json["meaning"] = files::list_json(view.conditions.goals, study::describe_goal);
+  json["meaning"] = files::list_json(
+      view.conditions.goals, [&](const Goal& goal) { return study::describe_goal(goal, view.conditions.speeds); });
   json["strategy"] = view.strategy;
   json["status"] = design::name_of(view.conditions.status);
   add_conditions(json, view, condition_fields(view));
@@ -199,7 +200,7 @@ std::string heading_text(const ConditionsReportData& view) {
   const Conditions& c = view.conditions;
   std::string text = fmt::format("{}: {} conditions{}\n", view.title, join_goal_names(c.goals),
                                  view.strategy == "modular" ? ", chain by chain" : "");
-  for (const Goal& goal : c.goals) text += describe_goal(goal) + "\n";
+  for (const Goal& goal : c.goals) text += describe_goal(goal, c.speeds) + "\n";
   text += fmt::format("\nrank {} of {}", view.parameter_rows(),
                       count_noun(c.parameter_columns(), "parameter", "parameters"));
   if (c.rank > 0 && c.singular_value_gap > 0)

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace balance::reports {
 
@@ -62,13 +63,14 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
 }
 
 /// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the nonzero terms. @param factors of the quadratic forms, "A1'"
-std::string velocity_table(const dynamics::IndependentTerms& terms, const std::vector<std::string>& rows,
-                           const std::vector<std::string>& factors) {
-  double max_entry = 1e-3 * numerics::max_abs(terms.mass);
-  for (const MatrixX& form : terms.velocity) max_entry = std::max(max_entry, numerics::max_abs(form));
+/// @param linear coefficients of accelerations, of the same size
+std::string velocity_table(const std::vector<MatrixX>& forms, const MatrixX& linear,
+                           const std::vector<std::string>& rows, const std::vector<std::string>& factors) {
+  double max_entry = 1e-3 * numerics::max_abs(linear);
+  for (const MatrixX& form : forms) max_entry = std::max(max_entry, numerics::max_abs(form));
   std::string text;
-  for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
-    const MatrixX& form = terms.velocity[k];
+  for (std::size_t k = 0; k < forms.size(); ++k) {
+    const MatrixX& form = forms[k];
     std::string sum;
     for (Eigen::Index r = 0; r < form.rows(); ++r)
       for (Eigen::Index s = r; s < form.cols(); ++s) {
@@ -115,6 +117,8 @@ void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& ru
         hdf5::root_group, {"disc", "rotation of a disc about its own axes", "1", {}, {}}, run.disc_rows);
     add("C_discs", "the discs' rotations per independent rate, P1 eq. 24", {time, disc, independent}, run.discs);
   }
+  add("rate_offset", "rates of the tree's coordinates at zero independent rates, due to prescribed speeds",
+      {time, tree}, run.rate_offset);
   if (!run.closures.empty()) {
     const Dimension closure =
         file.add_dimension(hdf5::root_group, {"closure", "joint that is closed", "1", {}, {}}, run.closures);
@@ -152,10 +156,12 @@ Json matrix_json(const MatrixX& matrix) {
 Json forms_json(const std::vector<MatrixX>& forms) { return files::list_json(forms, matrix_json); }
 
 Json rest_json(const dynamics::StaticTerms& static_terms) {
-  return {{"sum", files::numbers_json(static_terms.sum())},
-          {"weight", files::numbers_json(static_terms.weight)},
-          {"springs", files::numbers_json(static_terms.springs)},
-          {"loads", files::numbers_json(static_terms.loads)}};
+  Json json = {{"sum", files::numbers_json(static_terms.sum())},
+               {"weight", files::numbers_json(static_terms.weight)},
+               {"springs", files::numbers_json(static_terms.springs)},
+               {"loads", files::numbers_json(static_terms.loads)}};
+  if (static_terms.prescribed.size() > 0) json["prescribed"] = files::numbers_json(static_terms.prescribed);
+  return json;
 }
 
 Json split_json(const EquationsAtConfiguration& at) {
@@ -179,31 +185,67 @@ Json terms_json(const dynamics::IndependentTerms& terms) {
           {"input", matrix_json(terms.input)}};
 }
 
+std::vector<std::string> independent_speeds(const EquationsAtConfiguration& at) {
+  std::vector<std::string> names;
+  for (const int k : at.in_speeds->independent) names.push_back(at.speeds[static_cast<std::size_t>(k)]);
+  return names;
+}
+
+/// Of more speeds p than freedoms: A with A p = A c₀, one row for each dependent speed (P0 eq. 6, 15).
+MatrixX speed_relations(const dynamics::SpeedTerms& terms) {
+  const MatrixX& C = terms.transformation;
+  MatrixX A(C.rows() - C.cols(), C.rows());
+  Eigen::Index row = 0;
+  for (int k = 0; k < static_cast<int>(C.rows()); ++k) {
+    if (std::binary_search(terms.independent.begin(), terms.independent.end(), k)) continue;
+    A.row(row) = VectorX::Unit(C.rows(), k).transpose();
+    for (Eigen::Index s = 0; s < C.cols(); ++s) A(row, terms.independent[static_cast<std::size_t>(s)]) = -C(k, s);
+    ++row;
+  }
+  return A;
+}
+
 Json speeds_json(const EquationsAtConfiguration& at) {
-  Json json = terms_json(at.in_speeds->speed_equations);
+  const dynamics::SpeedTerms& speeds = *at.in_speeds;
+  Json json = terms_json(speeds.speed_equations);
   json["speeds"] = at.speeds;
-  json["rows"] = matrix_json(at.in_speeds->rows);
-  json["rates"] = matrix_json(at.in_speeds->rates);
+  json["independent"] = independent_speeds(at);
+  json["rows"] = matrix_json(speeds.rows);
+  json["rates"] = matrix_json(speeds.rates);
   json["constraints"] = at.zero;
-  json["freedoms"] = {{"configuration", at.independent.size()}, {"velocity", at.speeds.size()}};
-  json["held"] = terms_json(at.in_speeds->constraint_equations);
+  json["freedoms"] = {{"configuration", at.independent.size()}, {"velocity", speeds.independent.size()}};
+  json["held"] = terms_json(speeds.constraint_equations);
+  json["C"] = matrix_json(speeds.transformation);
+  json["c"] = forms_json(speeds.acceleration);
+  json["A"] = matrix_json(speed_relations(speeds));
+  if (speeds.rate_offset.size() == 0) return json;
+  json["rate_offset"] = files::numbers_json(speeds.rate_offset);
+  json["speed_offset"] = files::numbers_json(speeds.speed_offset);
+  json["acceleration_linear"] = matrix_json(speeds.acceleration_linear);
+  json["acceleration_offset"] = files::numbers_json(speeds.acceleration_offset);
   return json;
 }
 
 Json redundant_json(const EquationsAtConfiguration& at) {
   const dynamics::RedundantTerms& loops = *at.loops;
-  return {{"coordinates", at.redundant},
-          {"closures", at.closures},
-          {"M", matrix_json(loops.mass)},
-          {"D", forms_json(loops.velocity)},
-          {"B", matrix_json(loops.viscous)},
-          {"z", rest_json(loops.rest)},
-          {"S", matrix_json(loops.input)},
-          {"A", matrix_json(loops.constraints)},
-          {"C", matrix_json(loops.transformation)},
-          {"c", forms_json(loops.acceleration)},
-          {"discs", at.disc_rows},
-          {"C_discs", matrix_json(loops.discs)}};
+  Json json = {{"coordinates", at.redundant},
+               {"closures", at.closures},
+               {"M", matrix_json(loops.mass)},
+               {"D", forms_json(loops.velocity)},
+               {"B", matrix_json(loops.viscous)},
+               {"z", rest_json(loops.rest)},
+               {"S", matrix_json(loops.input)},
+               {"A", matrix_json(loops.constraints)},
+               {"C", matrix_json(loops.transformation)},
+               {"c", forms_json(loops.acceleration)},
+               {"discs", at.disc_rows},
+               {"C_discs", matrix_json(loops.discs)}};
+  if (loops.constraint_speeds.size() == 0) return json;
+  json["constraint_speeds"] = files::numbers_json(loops.constraint_speeds);
+  json["rate_offset"] = files::numbers_json(loops.rate_offset);
+  json["acceleration_linear"] = matrix_json(loops.acceleration_linear);
+  json["acceleration_offset"] = files::numbers_json(loops.acceleration_offset);
+  return json;
 }
 
 Json natural_json(const verification::natural::NaturalTerms& n) {
@@ -364,25 +406,67 @@ namespace {
 /// For sections whose units differ from row to row, and which therefore remain SI.
 std::string si_note(const specification::SpecUnits& units) { return files::has_other_units(units) ? ", SI" : ""; }
 
+/// What B' is of.
+std::string viscous_origin(const dynamics::IndependentTerms& terms) {
+  return terms.static_terms.prescribed.size() > 0 ? "of viscous friction and prescribed speeds" : "of viscous friction";
+}
+
+/// Columns of z' with their headings.
+std::pair<MatrixX, std::vector<std::string>> static_columns(const dynamics::StaticTerms& terms) {
+  const bool has_prescribed = terms.prescribed.size() > 0;
+  MatrixX columns(terms.weight.size(), has_prescribed ? 5 : 4);
+  if (has_prescribed) {
+    columns << terms.weight, terms.springs, terms.loads, terms.prescribed, terms.sum();
+    return {columns, {"weight", "springs", "loads", "prescribed speeds", "z'"}};
+  }
+  columns << terms.weight, terms.springs, terms.loads, terms.sum();
+  return {columns, {"weight", "springs", "loads", "z'"}};
+}
+
 std::string sections_text(const EquationsReportData& view, const dynamics::IndependentTerms& terms,
                           const std::vector<std::string>& rows, std::size_t width) {
   using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
+  const std::vector<std::string> speeds = independent_speeds(at);
   std::string text;
-  if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds, width);
+  if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, speeds, width);
   if (view.shows(velocity)) {
-    text += "velocity terms\n" + velocity_table(terms, rows, at.speeds);
+    text += "velocity terms\n" + velocity_table(terms.velocity, terms.mass, rows, speeds);
     if (!terms.viscous.isZero(0))
-      text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds, width);
+      text += "B', " + viscous_origin(terms) + "\n" + matrix_text(terms.viscous, rows, speeds, width);
   }
   if (view.shows(gravity)) {
-    MatrixX static_terms(terms.static_terms.weight.size(), 4);
-    static_terms << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads,
-        terms.static_terms.sum();
-    text += "z'\n" + matrix_text(static_terms, rows, {"weight", "springs", "loads", "z'"}, width);
+    const auto [columns, headings] = static_columns(terms.static_terms);
+    text += "z'\n" + matrix_text(columns, rows, headings, width);
   }
   if (view.shows(torques) && terms.input.cols() > 0)
     text += "input matrix: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators, width);
+  return text;
+}
+
+/// All speeds by the independent ones, if there are more than freedoms or they have a part of their own.
+std::string relations_text(const EquationsAtConfiguration& at, std::size_t width) {
+  const dynamics::SpeedTerms& speeds = *at.in_speeds;
+  const std::vector<std::string> independent = independent_speeds(at);
+  std::string text;
+  if (speeds.rate_offset.size() > 0)
+    text += "rates of the coordinates when the speeds are zero\n" +
+            matrix_text(speeds.rate_offset, at.independent, {"rate"}, width);
+  if (speeds.transformation.rows() == speeds.transformation.cols()) return text;
+  text += "C: all speeds per independent speed (P0 eq. 16)\n" +
+          matrix_text(speeds.transformation, at.speeds, independent, width);
+  if (speeds.speed_offset.size() > 0)
+    text +=
+        "speeds when the independent ones are zero\n" + matrix_text(speeds.speed_offset, at.speeds, {"speed"}, width);
+  text += "derivatives of the speeds, besides C times those of the independent ones\n" +
+          velocity_table(speeds.acceleration, speeds.transformation, at.speeds, independent);
+  if (speeds.acceleration_linear.size() > 0) {
+    MatrixX affine(speeds.acceleration_linear.rows(), speeds.acceleration_linear.cols() + 1);
+    affine << speeds.acceleration_linear, speeds.acceleration_offset;
+    std::vector<std::string> columns = independent;
+    columns.emplace_back("constant");
+    text += "and, due to prescribed speeds\n" + matrix_text(affine, at.speeds, columns, width);
+  }
   return text;
 }
 
@@ -390,14 +474,19 @@ std::string sections_text(const EquationsReportData& view, const dynamics::Indep
 std::string speeds_text(const EquationsReportData& view, const files::TextOptions& options) {
   const EquationsAtConfiguration& at = view.at;
   const dynamics::SpeedTerms& speed_terms = *at.in_speeds;
-  std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
-  if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
+  const std::vector<std::string> independent = independent_speeds(at);
+  std::string text = fmt::format("in the speeds {}", fmt::join(independent, ", "));
+  if (independent.size() < at.speeds.size())
+    text += fmt::format(", the first of {} that determine the motion", fmt::join(at.speeds, ", "));
+  if (!at.zero.empty())
+    text += fmt::format("; {}: {}", at.has_constraint_values ? "prescribed" : "zero", fmt::join(at.zero, ", "));
   text += si_note(options.units) + " (P0 eq. 1)\nfreedoms: ";
   if (!at.has_rate_constraints) text += fmt::format("{} of configuration, ", at.independent.size());
-  text += fmt::format("{} of velocity\n", at.speeds.size());
-  text +=
-      "rates of the coordinates per speed\n" + matrix_text(speed_terms.rates, at.independent, at.speeds, options.width);
-  text += sections_text(view, speed_terms.speed_equations, at.speeds, options.width);
+  text += fmt::format("{} of velocity\n", independent.size());
+  text += "rates of the coordinates per speed\n" +
+          matrix_text(speed_terms.rates, at.independent, independent, options.width);
+  text += relations_text(at, options.width);
+  text += sections_text(view, speed_terms.speed_equations, independent, options.width);
   if (!at.zero.empty())
     text += "\nforces of the constraints, efforts apart\n" +
             sections_text(view, speed_terms.constraint_equations, at.zero, options.width);
@@ -465,18 +554,20 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
 
 std::string rest_text(const EquationsAtConfiguration& at, const files::TextOptions& options) {
   const dynamics::StaticTerms& static_terms = at.terms->static_terms;
-  const double max_entry = std::max({at.torque_scale, numerics::max_abs(static_terms.weight),
-                                     numerics::max_abs(static_terms.springs), numerics::max_abs(static_terms.loads)});
-  files::TextTable table{{"", "weight", "springs", "loads", "z'", ""},
-                         {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-                         {}};
+  const auto [columns, headings] = static_columns(static_terms);
+  const double max_entry = std::max(at.torque_scale, numerics::max_abs(columns.leftCols(columns.cols() - 1)));
+  files::TextTable table{{""}, {Align::left}, {}};
+  table.heading.insert(table.heading.end(), headings.begin(), headings.end());
+  table.heading.emplace_back("");
+  table.align.resize(table.heading.size() - 1, Align::right);
+  table.align.push_back(Align::left);
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const files::DisplayUnit unit = files::find_display_unit(force_unit(at.is_length[k]), options.units);
-    table.rows.push_back({"  " + at.independent[k], entry_text(static_terms.weight[i], max_entry, unit),
-                          entry_text(static_terms.springs[i], max_entry, unit),
-                          entry_text(static_terms.loads[i], max_entry, unit),
-                          entry_text(static_terms.sum()[i], max_entry, unit), unit.name});
+    std::vector<std::string> cells{"  " + at.independent[k]};
+    for (const double value : columns.row(i)) cells.push_back(entry_text(value, max_entry, unit));
+    cells.push_back(unit.name);
+    table.rows.push_back(std::move(cells));
   }
   return format_table(table, options.width);
 }
@@ -515,6 +606,9 @@ std::string redundant_text(const EquationsAtConfiguration& at, const files::Text
           matrix_text(stack_rows(loops.transformation, loops.discs), rows, at.independent, options.width);
   if (loops.constraints.rows() > 0)
     text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant, options.width);
+  if (loops.rate_offset.size() > 0)
+    text += "\nrates of the tree's coordinates when the independent ones are zero\n" +
+            matrix_text(loops.rate_offset, at.redundant, {"rate"}, options.width);
   text += "\nz: weight, springs and loads" + si_note(options.units) + "\n" +
           matrix_text(loops.rest.sum(), at.redundant, {"z"}, options.width);
   return text + "\n";
@@ -604,10 +698,11 @@ std::string equations_text(const EquationsReportData& view, const files::TextOpt
             matrix_text(terms.mass, at.independent, at.independent, options.width) + "\n";
   if (view.shows(velocity)) {
     text += "velocity terms: D'_krs" + uniform_unit(at.is_length, "kg m^2", "kg/m", units) +
-            " (P0 eq. 63; P1 eq. 15: D_ijk)\n" + velocity_table(terms, at.independent, rates_of(at.independent));
+            " (P0 eq. 63; P1 eq. 15: D_ijk)\n" +
+            velocity_table(terms.velocity, terms.mass, at.independent, rates_of(at.independent));
     if (!at.terms->viscous.isZero(0))
-      text += "B'" + uniform_unit(at.is_length, "N m s", "N s/m", units) + " (P0 eq. 63), of viscous friction\n" +
-              matrix_text(terms.viscous, at.independent, at.independent, options.width);
+      text += "B'" + uniform_unit(at.is_length, "N m s", "N s/m", units) + " (P0 eq. 63), " + viscous_origin(terms) +
+              "\n" + matrix_text(terms.viscous, at.independent, at.independent, options.width);
     text += "\n";
   }
   if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at, options) + "\n";

@@ -470,7 +470,7 @@ std::vector<Outline> draw_ground(const Mechanism& mechanism, const RunResult& re
                 projection, scale.unit, outlines);
     } else if (is_rolling(joint.type)) {
       add_floor(joint, mechanism, result, own_coordinate, projection, scale.unit, outlines);
-    } else {
+    } else if (mechanism.space != SpaceKind::planar || joint.type != JointType::planar) {
       const PlotPoint place = projection.apply(joint.first == model::ground ? joint.point_first : joint.point_second);
       const bool is_new = std::none_of(bearings.begin(), bearings.end(), [&](const PlotPoint& other) {
         return distance(other, place) < joint_radius * scale.unit;

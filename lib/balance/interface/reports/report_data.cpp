@@ -20,6 +20,8 @@ ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const De
   ConditionOptions options;
   options.seed = request.seed.value_or(options.seed);
   options.excluded = request.excluded;
+  options.speeds = conditions::ChosenSpeeds(study.mechanism, request.speeds);
+  with_names = with_names && !options.speeds.has_parameters();
   // the same reference point of angular momentum as in the runs
   if (!study.trajectories.empty()) options.about = study.trajectories.front().about;
   const DeriveConditions derive = make_conditions_deriver(request.goals, request.is_modular, options, start);

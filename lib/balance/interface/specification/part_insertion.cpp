@@ -3,6 +3,7 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/foundation/expression/expression_parser.hpp"
+#include "balance/interface/specification/read_speeds.hpp"
 
 #include <fmt/format.h>
 
@@ -271,6 +272,8 @@ class PartRenamer {
   explicit PartRenamer(const PartPlacement& placement) : placement_(placement) {}
 
   void run(YamlNode& part) {
+    const YamlNode* joints = find_entry(part, "joints");
+    has_joint_named_value_ = joints != nullptr && find_entry(*joints, constraint_value_key) != nullptr;
     for (std::size_t i = 0; i < part.items.size(); ++i) rename_section(part.keys[i].text, part.items[i]);
     if (needs_origin_) add_origin(part);
   }
@@ -322,8 +325,15 @@ class PartRenamer {
                   : prefixed(speed);
     };
     if (sum.kind == YamlNode::Kind::scalar) rename(sum.text);
-    for (YamlNode& key : sum.keys) rename(key.text);
-    for (YamlNode& factor : sum.items) rename_value(factor, ValueKind::number);
+    for (std::size_t i = 0; i < sum.keys.size(); ++i) {
+      const bool is_value = sum.keys[i].text == constraint_value_key && !has_joint_named_value_;
+      if (!is_value) rename(sum.keys[i].text);
+      if (!is_value)
+        rename_value(sum.items[i], ValueKind::number);
+      else
+        sum.items[i].text = expression::rename_expression_values(
+            sum.items[i].text, [this](const std::string& name) { return name == time_name ? name : prefixed(name); });
+    }
   }
 
   /// An element with a position on a body: in it, coordinates are numbers and a text is a point.
@@ -394,7 +404,7 @@ class PartRenamer {
   }
 
   const PartPlacement& placement_;
-  bool has_origin_ = false, needs_origin_ = false;
+  bool has_origin_ = false, needs_origin_ = false, has_joint_named_value_ = false;
 };
 
 }  // namespace

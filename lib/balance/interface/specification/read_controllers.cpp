@@ -3,6 +3,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_document.hpp"
+#include "balance/interface/specification/read_speeds.hpp"
 #include "balance/interface/specification/spec_table.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/motion/study/study.hpp"
@@ -170,7 +171,7 @@ std::vector<std::string> keys_of(ControllerType type) {
     case ControllerType::none: return {"initial_error"};
     case ControllerType::open_loop: return {"torque", "table", "file", "interpolation"};
     case ControllerType::pd: return {"kp", "kd", "bandwidth", "damping", "gravity"};
-    case ControllerType::computed_torque: return {"kp", "kd", "bandwidth", "damping"};
+    case ControllerType::computed_torque: return {"speeds", "kp", "kd", "bandwidth", "damping"};
     case ControllerType::sliding_mode: return {"lambda", "k", "bandwidth", "switching"};
     case ControllerType::extended_sliding_mode: return {"lambda", "k", "bandwidth", "switching", "projection"};
   }
@@ -192,8 +193,9 @@ class ControllerReader {
                                      c.read_choice("a type of controller", study::controller_type_names()));
                                }}};
     for (const char* key :
-         {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
-          "torque", "table", "file", "interpolation", "torque_limit", "measurement", "model", "initial_error"})
+         {"rate",         "period",      "bandwidth", "damping",      "speeds", "kp",    "kd",   "gravity",
+          "lambda",       "k",           "switching", "projection",   "torque", "table", "file", "interpolation",
+          "torque_limit", "measurement", "model",     "initial_error"})
       fields.push_back({key, Presence::optional, [this, key](const SpecCursor& c) { entries_.emplace(key, c); }});
     read_fields(member.value, "a controller {type, …}", fields);
     const bool type_known = !draft_.problems.is_uncertain(member.value.path() + ".type");
@@ -274,8 +276,12 @@ class ControllerReader {
     const bool pd = controller_.type == ControllerType::pd;
     const bool extended = controller_.type == ControllerType::extended_sliding_mode;
     const auto gain = [&](const char* key, VectorX& target, const DimensionOf& dimension, SignConstraint sign) {
-      read_key(key, [&](const SpecCursor& c) { target = read_per_actuator(c, draft_, dimension, sign); });
+      read_key(key, [&](const SpecCursor& c) {
+        target = entries_.count("speeds") > 0 ? read_per_speed(c, dimension(CoordinateKind::angle), sign)
+                                              : read_per_actuator(c, draft_, dimension, sign);
+      });
     };
+    read_key("speeds", [&](const SpecCursor& c) { read_speeds(c); });
     gain(
         "kp", controller_.kp,
         [pd](CoordinateKind kind) { return pd ? effort_of(kind) / dimension_of(kind) : per_second * per_second; },
@@ -310,6 +316,48 @@ class ControllerReader {
                                    ? study::AccelerationProjection::inertia
                                    : study::AccelerationProjection::identity;
     });
+  }
+
+  /// Rates of quantities, whose errors are differences of positions.
+  void read_speeds(const SpecCursor& at) {
+    for (const Member& member : list_named_members(at, "a mapping of speeds"))
+      draft_.problems.collect([&] {
+        controller_.speeds.push_back(to_numbers(read_speed(member, SpeedUse::quasi_velocity, draft_)));
+        const std::string reason = study::why_not_a_rate(controller_.speeds.back(), draft_.mechanism().space);
+        if (!reason.empty())
+          member.value.fail({.expected =
+                                 "the rate of a quantity: joint coordinates, x, y, z of points or of com and, in "
+                                 "the plane, angles, with factors that are numbers",
+                             .found = fmt::format("a speed of which the integral has no meaning: {}", reason)});
+      });
+    if (controller_.speeds.empty() && !draft_.problems.is_invalid(at.path()))
+      at.fail({.expected = "at least one speed", .found = "none"});
+  }
+
+  /// One number for all speeds, a list in their order, or a mapping with one for each [1/s or 1/s²].
+  VectorX read_per_speed(const SpecCursor& at, Dimension dimension, SignConstraint sign) {
+    const std::vector<model::GeneralisedSpeed>& speeds = controller_.speeds;
+    if (speeds.empty()) {
+      read_all_fixed(at, draft_, sign);
+      throw CascadingError();
+    }
+    VectorX values(static_cast<Eigen::Index>(speeds.size()));
+    if (at.is_scalar()) {
+      values.setConstant(read_fixed(at, draft_, dimension, sign));
+    } else if (at.is_list()) {
+      Eigen::Index k = 0;
+      read_each(at.items(fmt::format("{} numbers, one for each of the speeds", speeds.size()), speeds.size()),
+                [&](const SpecCursor& item) { values[k++] = read_fixed(item, draft_, dimension, sign); });
+    } else {
+      std::vector<Field> fields;
+      for (std::size_t k = 0; k < speeds.size(); ++k)
+        fields.push_back(
+            {speeds[k].name, Presence::required, [&values, k, dimension, sign, this](const SpecCursor& entry) {
+               values[static_cast<Eigen::Index>(k)] = read_fixed(entry, draft_, dimension, sign);
+             }});
+      read_fields(at, "a number, or one for each speed", fields);
+    }
+    return values;
   }
 
   const YamlNode& root_;

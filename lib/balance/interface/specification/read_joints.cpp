@@ -42,7 +42,7 @@ constexpr NamedJointType joint_types[]{{"revolute", JointType::revolute, true, t
                                        {"cylindrical", JointType::cylindrical, false, true},
                                        {"universal", JointType::universal, false, true},
                                        {"spherical", JointType::spherical, false, true},
-                                       {"planar", JointType::planar, false, true}};
+                                       {"planar", JointType::planar, true, true}};
 
 /// Synonyms of the types.
 constexpr std::pair<const char*, const char*> joint_type_synonyms[]{
@@ -114,7 +114,7 @@ NamedJointType read_joint_type(const SpecCursor& at, bool planar) {
 namespace {
 
 bool has_axis(JointType type, bool planar) {
-  if (planar) return type == JointType::prismatic || type == JointType::pin_slot;
+  if (planar) return type == JointType::prismatic || type == JointType::pin_slot || type == JointType::planar;
   return type != JointType::fixed && type != JointType::spherical;
 }
 
@@ -177,8 +177,15 @@ void read_axes(const JointKeys& keys, StudyBuilder& draft, model::JointOf<Expres
                                                planar ? "planar" : "spatial")});
     joint.axis = read_direction(*keys.axis, draft);
   });
-  if (has_second_axis(joint.type)) return read_second_axis(keys, draft, joint, first_read);
-  if (keys.axis2) keys.axis2->fail({.expected = "no 'axis2': only universal, planar and rolling joints have one"});
+  if (planar && joint.type == JointType::planar) {  // given is the direction of x; the normal is the plane's
+    joint.axis2 = joint.axis;
+    joint.axis = Vector3E::UnitZ();
+  }
+  if (has_second_axis(joint.type) && !planar) return read_second_axis(keys, draft, joint, first_read);
+  if (keys.axis2)
+    keys.axis2->fail({.expected = planar && joint.type == JointType::planar
+                                      ? "no 'axis2': in the plane, 'axis' is the direction of x"
+                                      : "no 'axis2': only universal, planar and rolling joints have one"});
 }
 
 void read_rotation(const JointKeys& keys, StudyBuilder& draft, model::JointOf<Expression>& joint) {

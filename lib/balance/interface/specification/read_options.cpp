@@ -76,6 +76,7 @@ void require_numbers(const Member& member) {
 std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
   StudyBuilder draft = make_option_builder(study, option);
   std::vector<model::GeneralisedSpeed> speeds;
+  const SpeedUse use = std::string_view(option) == "--constraints" ? SpeedUse::constraint : SpeedUse::quasi_velocity;
   draft.problems.collect([&] {
     require_text(text, "speeds");
     const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
@@ -83,7 +84,7 @@ std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const 
          list_named_members(SpecCursor(root, "", draft.problems), "a mapping of speeds", NameForm::simple))
       draft.problems.collect([&] {
         require_numbers(member);
-        speeds.push_back(value_of(read_speed(member, draft)));
+        speeds.push_back(to_numbers(read_speed(member, use, draft)));
       });
     if (root.items.empty())
       SpecCursor(root, "", draft.problems).fail({.expected = "at least one speed", .found = "none"});

@@ -239,9 +239,20 @@ Expression SpecParameters::evaluate(const SpecCursor& scalar) {
   if (name_set_.count(text) > 0) throw CascadingError();
   const std::optional<double> number = plain_number(text);
   if (!number && (text.empty() || is_truth_value(text))) scalar.fail_expected(what);
-  const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text);
+  const auto parameter = [&](const std::string& name) { return values_.at(name); };
+  const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text, {}, parameter);
   if (!std::isfinite(value.value())) scalar.fail({.expected = "a finite number", .found = quote_for_message(text)});
   return value;
+}
+
+Expression SpecParameters::evaluate(
+    const SpecCursor& scalar, const std::vector<std::string>& variables,
+    const std::function<Expression(const std::string& name, const Expression* parameter)>& value) {
+  const std::string text(trim(scalar.read_word("a number or an expression")));
+  return evaluate_expression(scalar, text, variables, [&](const std::string& name) {
+    const auto parameter = values_.find(name);
+    return value(name, parameter == values_.end() ? nullptr : &parameter->second);
+  });
 }
 
 /// Whether the parameter of this name may be one with an invalid name, or in a section that was not read.
@@ -250,7 +261,9 @@ bool SpecParameters::can_be_invalid(const SpecCursor& at, const std::string& nam
          (names_.empty() && at.problems().is_section_invalid("parameters"));
 }
 
-Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const std::string& text) {
+Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const std::string& text,
+                                               const std::vector<std::string>& variables,
+                                               const std::function<Expression(const std::string& name)>& value) {
   const auto fail = [&](const std::string& reason) {
     scalar.fail(
         {.message = fmt::format("expected a number or an expression, found {}: {}", quote_for_message(text), reason),
@@ -276,11 +289,16 @@ Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const s
   for (const std::string& name : used.values) {
     const bool is_function = std::find(functions.begin(), functions.end(), name) != functions.end();
     if (is_function) fail(fmt::format("the function {} needs parentheses: {}(…)", quote_for_message(name), name));
-    if (name_set_.count(name) > 0 ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
-    if (name_set_.count(name) == 0) fail_unknown("parameter", name, names_);
+    const bool is_parameter = name_set_.count(name) > 0;
+    if (!is_parameter && std::find(variables.begin(), variables.end(), name) != variables.end()) continue;
+    if (is_parameter ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
+    if (is_parameter) continue;
+    std::vector<std::string> candidates = names_;
+    candidates.insert(candidates.end(), variables.begin(), variables.end());
+    fail_unknown(variables.empty() ? "parameter" : "parameter or variable", name, candidates);
   }
   try {
-    return expression::parse_expression(text, [&](const std::string& name) { return values_.at(name); });
+    return expression::parse_expression(text, value);
   } catch (const expression::ExpressionError& error) {
     fail(error.what());
     throw;

@@ -6,6 +6,7 @@
 #include "balance/interface/specification/spec_cursor.hpp"
 #include "balance/motion/study/spec_expressions.hpp"
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -34,6 +35,10 @@ class SpecParameters {
 
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const SpecCursor& scalar);
+  /// An expression of variables and parameters; a parameter takes precedence over a variable of the same name.
+  /// @param value of a name; with the parameter of that name, or null for a variable
+  Expression evaluate(const SpecCursor& scalar, const std::vector<std::string>& variables,
+                      const std::function<Expression(const std::string& name, const Expression* parameter)>& value);
   /// `{free: …}`, as read_free_value.
   FreeValue evaluate_free(const SpecCursor& map, const std::vector<Field>& others = {});
 
@@ -44,7 +49,9 @@ class SpecParameters {
   const std::vector<std::pair<const YamlNode*, std::string>>& overridden() const { return overridden_; }
 
  private:
-  Expression evaluate_expression(const SpecCursor& scalar, const std::string& text);
+  Expression evaluate_expression(const SpecCursor& scalar, const std::string& text,
+                                 const std::vector<std::string>& variables,
+                                 const std::function<Expression(const std::string& name)>& value);
   bool can_be_invalid(const SpecCursor& at, const std::string& name) const;
   void define(const Member& member, study::Recording& recording);
   void override_values(const Overrides& overrides, std::vector<Member>& members, SpecErrorCollector& problems);

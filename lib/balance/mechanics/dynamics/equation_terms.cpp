@@ -41,7 +41,8 @@ EquationTermsOf<S>::EquationTermsOf(const Mechanism& source_mechanism, const Inv
       gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       wrenches_(branch_.tree().nodes.size()),
       columns_(branch_.tree().columns),
-      freedoms_(branch_.freedoms()) {
+      freedoms_(branch_.freedoms()),
+      has_prescribed_speeds_(has_prescribed_speeds(mechanism)) {
   independent = branch_.independent();
   name_tree_coordinates();
   if (!branch_.note().empty()) notes.push_back(branch_.note());
@@ -85,7 +86,8 @@ MotionOutcome EquationTermsOf<S>::assemble(const double* q, const std::vector<Co
 
 /// Moves to a configuration and updates poses and C.
 template <class S>
-MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
+MotionOutcome EquationTermsOf<S>::move_to(const double* q, double time) {
+  if (has_prescribed_speeds_) branch_.set_constraint_time(time);
   MotionOutcome outcome = branch_.move_to(q);
   if (outcome.status != MotionStatus::done) return outcome;
   compute_poses(branch_.tree(), branch_.y(), branch_.state());
@@ -122,7 +124,8 @@ VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, dou
 template <class S>
 StaticTerms EquationTermsOf<S>::compute_static_terms(double time) {
   const VectorX zero = VectorX::Zero(columns_);
-  return {inverse_dynamics_forces(zero, zero, true), external_forces(springs_, time), external_forces(loads_, time)};
+  return {
+      inverse_dynamics_forces(zero, zero, true), external_forces(springs_, time), external_forces(loads_, time), {}};
 }
 
 template <class S>
@@ -203,25 +206,52 @@ VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX&
 
 template <class S>
 MotionOutcome EquationTermsOf<S>::independent_terms(const double* q, double time, IndependentTerms& out) {
-  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  if (MotionOutcome outcome = move_to(q, time); outcome.status != MotionStatus::done) return outcome;
   const StaticTerms static_terms = compute_static_terms(time);
-  out.static_terms = {C_.transpose() * static_terms.weight, C_.transpose() * static_terms.springs,
-                      C_.transpose() * static_terms.loads};
+  out.static_terms = {C_.transpose() * static_terms.weight,
+                      C_.transpose() * static_terms.springs,
+                      C_.transpose() * static_terms.loads,
+                      {}};
   out.mass.resize(freedoms_, freedoms_);
   const VectorX zero = VectorX::Zero(columns_);
   for (int k = 0; k < freedoms_; ++k)
     out.mass.col(k) = C_.transpose() * inverse_dynamics_forces(zero, C_.col(k), false);
   out.mass = (out.mass + out.mass.transpose().eval()) / 2;
-  out.velocity = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) -> VectorX {
+  const MatrixX viscous = viscous_friction();
+  RateFunctions forces = expand_in_rates(freedoms_, !has_prescribed_speeds_, [&](const VectorX& rates) -> VectorX {
     VectorX dy;
     const VectorX ddy = compute_velocity_product_acceleration(rates, dy);
     return C_.transpose() * inverse_dynamics_forces(dy, ddy, false);
   });
-  out.viscous = C_.transpose() * viscous_friction() * C_;
+  out.velocity = std::move(forces.quadratic);
+  out.viscous = C_.transpose() * viscous * C_;
+  if (has_prescribed_speeds_) {
+    VectorX offset;
+    compute_velocity_product_acceleration(VectorX::Zero(freedoms_), offset);
+    out.viscous += forces.linear;
+    out.static_terms.prescribed = forces.constant + C_.transpose() * (viscous * offset);
+  }
   out.input = C_.transpose() * input_matrix();
   bool all_finite = out.mass.allFinite() && out.static_terms.sum().allFinite() && out.viscous.allFinite();
   for (const MatrixX& form : out.velocity) all_finite = all_finite && form.allFinite();
   return finite_outcome(time, all_finite, "the equation of motion", mechanism);
+}
+
+RateFunctions RateFunctions::substitute(const MatrixX& V, const VectorX& offset) const {
+  RateFunctions out;
+  for (const MatrixX& form : quadratic) out.quadratic.push_back(V.transpose() * form * V);
+  if (linear.size() == 0 && offset.size() == 0) return out;
+  const auto count = static_cast<Eigen::Index>(quadratic.size());
+  out.linear = linear.size() > 0 ? MatrixX(linear * V) : MatrixX(MatrixX::Zero(count, V.cols()));
+  out.constant = linear.size() > 0 ? constant : VectorX(VectorX::Zero(count));
+  if (offset.size() == 0) return out;
+  if (linear.size() > 0) out.constant += linear * offset;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const VectorX slope = quadratic[static_cast<std::size_t>(k)] * offset;
+    out.linear.row(k) += 2 * slope.transpose() * V;
+    out.constant[k] += offset.dot(slope);
+  }
+  return out;
 }
 
 template <class S>
@@ -232,7 +262,7 @@ std::vector<MatrixX> EquationTermsOf<S>::tree_velocity_terms() {
 
 template <class S>
 MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, RedundantTerms& out) {
-  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  if (MotionOutcome outcome = move_to(q, time); outcome.status != MotionStatus::done) return outcome;
   out.rest = compute_static_terms(time);
   out.mass = mass_matrix();
   out.velocity = tree_velocity_terms();
@@ -241,10 +271,17 @@ MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, 
   out.constraints = constraint_matrix();
   out.transformation = C_;
   out.discs = disc_transformation();
-  out.acceleration = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) {
+  RateFunctions accelerations = expand_in_rates(freedoms_, !has_prescribed_speeds_, [&](const VectorX& rates) {
     VectorX dy;
     return compute_velocity_product_acceleration(rates, dy);
   });
+  out.acceleration = std::move(accelerations.quadratic);
+  if (has_prescribed_speeds_) {
+    out.acceleration_linear = std::move(accelerations.linear);
+    out.acceleration_offset = std::move(accelerations.constant);
+    compute_velocity_product_acceleration(VectorX::Zero(freedoms_), out.rate_offset);
+    out.constraint_speeds = out.constraints * out.rate_offset;
+  }
   if (freedoms_ == 0) out.acceleration.assign(static_cast<std::size_t>(columns_), MatrixX(0, 0));
   bool all_finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
   for (const MatrixX& form : out.velocity) all_finite = all_finite && form.allFinite();
@@ -257,6 +294,8 @@ MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (!actuation_.mismatch().empty()) return {MotionStatus::mismatch, time, actuation_.mismatch(), {}};
+  if (!actuation_.has_linear_projection())
+    return {MotionStatus::mismatch, time, trajectory::describe_nonlinear_efforts("parts"), {}};
   if (!actuation_.project(branch_.equations(), matrix))
     return {MotionStatus::actuation_singularity,
             time,
@@ -269,7 +308,7 @@ MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
 template <class S>
 MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const double* ddq, double time,
                                         EffortBreakdown& out) {
-  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  if (MotionOutcome outcome = move_to(q, time); outcome.status != MotionStatus::done) return outcome;
   MatrixX P;
   if (MotionOutcome outcome = projection(time, P); outcome.status != MotionStatus::done) return outcome;
   const Eigen::Map<const VectorX> rates(dq, freedoms_), accelerations(ddq, freedoms_);

@@ -19,8 +19,12 @@ namespace balance::dynamics {
 /// Generalised forces that do not depend on rates, per coordinate [N m or N]: those that hold the mechanism at rest.
 struct StaticTerms {
   VectorX weight, springs, loads;
+  VectorX prescribed = {};  ///< of motion that constraints on speeds with a value cause; empty: there are none
 
-  VectorX sum() const { return weight + springs + loads; }
+  VectorX sum() const {
+    const VectorX at_rest = weight + springs + loads;
+    return prescribed.size() > 0 ? VectorX(at_rest + prescribed) : at_rest;
+  }
 };
 
 /// Σ u = M′ q̈ + w′ + z′ with w′_k = Σ D′_krs q̇_r q̇_s + Σ B′_kr q̇_r in the d independent coordinates. Dry friction,
@@ -29,7 +33,7 @@ struct StaticTerms {
 struct IndependentTerms {
   MatrixX mass;                   ///< d×d: M′, symmetric
   std::vector<MatrixX> velocity;  ///< per coordinate k: D′_krs, d×d, symmetric in r and s
-  MatrixX viscous;                ///< d×d: B′, of viscous friction
+  MatrixX viscous;                ///< d×d: B′, of viscous friction and of constraints on speeds with a value
   StaticTerms static_terms;       ///< z′ is their sum
   MatrixX input;  ///< d×actuators: generalised forces per unit effort; the identity if they are the coordinates
 };
@@ -50,17 +54,34 @@ struct RedundantTerms {
   /// disc_rows() × d: rates of the discs' absolute rotations about their own axes per independent rate: the rows that the
   /// discs add to C. Source: P1 eq. 24, 35, 45.
   MatrixX discs;
+  // With constraints on speeds that have values: A ẏ = v, ẏ = C q̇ + c₀, ÿ = C q̈ + Σ c_rs q̇_r q̇_s + c₁ q̇ + c₂.
+  VectorX constraint_speeds = {};    ///< v, per closure row; empty: zero, and so are the following
+  VectorX rate_offset = {};          ///< n: c₀
+  MatrixX acceleration_linear = {};  ///< n×d: c₁
+  VectorX acceleration_offset = {};  ///< n: c₂
 };
 
-/// The same in s user-defined speeds instead of the rates of coordinates, with p constraints on rates that need not be
-/// integrable (rolling): M σ̇ + w + z = Σ u. Constraint forces do work only on the speeds that are kept at zero;
-/// constraint_equations yields them in the same way: λ = M σ̇ + w + z − input · u. Source: P0 eq. 1, 14, 17 (Kane's and
-/// the Boltzmann–Hamel equations).
+/// The same in user-defined speeds (quasi-velocities) instead of the rates of coordinates, with p constraints on rates
+/// that need not be integrable (rolling): M σ̇ + w + z = Σ u. Constraint forces do work only on the speeds that are kept
+/// at zero; constraint_equations yields them in the same way: λ = M σ̇ + w + z − input · u. Source: P0 eq. 1, 14, 17
+/// (Kane's and the Boltzmann–Hamel equations).
+///
+/// The speeds π may be more than the s = d − p freedoms of the velocity (P0 eq. 68). Then the first s that determine
+/// the motion are independent: the equations are in these, and π = C σ + c₀ and π̇ = C σ̇ + Σ c_rs σ_r σ_s + c₁ σ + c₂
+/// give all.
 struct SpeedTerms {
-  MatrixX rows;   ///< (s + p)×d: speeds, then constrained ones, per rate of the independent coordinates
-  MatrixX rates;  ///< d×s: rates of the independent coordinates per speed, all others being zero
-  IndependentTerms speed_equations;       ///< s rows; velocity terms are quadratic forms in the speeds
+  MatrixX rows;                  ///< all speeds, then the p constrained ones, per rate of the independent coordinates
+  std::vector<int> independent;  ///< s indices of speeds, increasing
+  MatrixX rates;  ///< d×s: rates of the independent coordinates per independent speed, others being zero
+  IndependentTerms speed_equations;       ///< s rows; velocity terms are quadratic forms in the independent speeds
   IndependentTerms constraint_equations;  ///< p rows of the same, in the same s speeds
+  MatrixX transformation;                 ///< speeds × s: C; its rows of the independent speeds form the identity
+  std::vector<MatrixX> acceleration;      ///< per speed: c_rs, s×s, symmetric
+  // With constraints on speeds that have values; empty: zero.
+  VectorX rate_offset = {};          ///< d: rates of the independent coordinates when the independent speeds are zero
+  VectorX speed_offset = {};         ///< c₀, per speed
+  MatrixX acceleration_linear = {};  ///< c₁, speeds × s
+  VectorX acceleration_offset = {};  ///< c₂, per speed
 };
 
 /// The parts of an effort.
@@ -105,8 +126,9 @@ class EquationTerms {
   /// @param time for time-dependent loads [s]
   Expected<IndependentTerms> independent_terms(const VectorX& q, double time = 0);
   Expected<RedundantTerms> redundant_terms(const VectorX& q, double time = 0);
-  /// @throws std::invalid_argument if speeds and constrained speeds together are not as many as the degrees of freedom,
-  ///        or refer to a body that does not exist or to the coordinate of a joint that closes a loop
+  /// @throws std::invalid_argument if speeds and constrained speeds together are fewer than the degrees of freedom, or
+  ///        the constrained ones not fewer, or they refer to a body that does not exist or to the coordinate of a joint
+  ///        that closes a loop
   /// @return drive_singularity if they do not determine the rates
   Expected<SpeedTerms> speed_terms(const VectorX& q, const model::SpeedChoice& choice, double time = 0);
   /// Fails if the actuators do not hold the mechanism (actuation_singularity) or are too few (mismatch).

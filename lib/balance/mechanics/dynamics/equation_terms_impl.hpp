@@ -11,6 +11,18 @@
 
 namespace balance::dynamics {
 
+// Functions of rates that are quadratic forms or, if constraints on speeds have values, quadratic, linear and constant.
+
+/// f_k(r) = rᵀ Q_k r + (L r)_k + c_k.
+struct RateFunctions {
+  std::vector<MatrixX> quadratic;  ///< per function, symmetric
+  MatrixX linear;                  ///< functions × rates; empty: zero, and so is `constant`
+  VectorX constant;
+
+  /// The same functions of the rates s with r = V s + offset. @param offset empty: zero
+  RateFunctions substitute(const MatrixX& V, const VectorX& offset) const;
+};
+
 class EquationTerms::Implementation {
  public:
   Implementation(Mechanism source_mechanism, const InverseOptions& requested_options)
@@ -22,10 +34,11 @@ class EquationTerms::Implementation {
   virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
   virtual MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) = 0;
   virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
-  /// Jacobian of the generalised speeds by the independent rates and, per speed, the quadratic form in these rates that
-  /// its time derivative contains.
-  virtual MotionOutcome speed_rows(const double* q, const std::vector<model::GeneralisedSpeed>& speeds, MatrixX& rows,
-                                   std::vector<MatrixX>& forms) = 0;
+  /// Generalised speeds as functions of the rates of the independent coordinates.
+  /// @param rows their Jacobian @param offset their values at zero rates; empty: zero
+  /// @param products what their time derivatives contain at zero accelerations
+  virtual MotionOutcome speed_rows(const double* q, double time, const std::vector<model::GeneralisedSpeed>& speeds,
+                                   MatrixX& rows, VectorX& offset, RateFunctions& products) = 0;
   virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time,
                               EffortBreakdown& out) = 0;
 
@@ -44,13 +57,13 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) override;
   MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) override;
   MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) override;
-  MotionOutcome speed_rows(const double* q, const std::vector<model::GeneralisedSpeed>& speeds, MatrixX& rows,
-                           std::vector<MatrixX>& forms) override;
+  MotionOutcome speed_rows(const double* q, double time, const std::vector<model::GeneralisedSpeed>& speeds,
+                           MatrixX& rows, VectorX& offset, RateFunctions& products) override;
   MotionOutcome split(const double* q, const double* dq, const double* ddq, double time, EffortBreakdown& out) override;
 
  private:
   void name_tree_coordinates();
-  MotionOutcome move_to(const double* q);
+  MotionOutcome move_to(const double* q, double time);
   VectorX inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight);
   VectorX external_forces(const ExternalForces<S>& forces, double time);
   StaticTerms compute_static_terms(double time);
@@ -71,6 +84,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   typename S::Vector gravity_;
   std::vector<Wrench<S>> wrenches_;
   int columns_, freedoms_;
+  bool has_prescribed_speeds_;
   MatrixX C_;  ///< Φ C = 0, columns × independent coordinates
 };
 
@@ -98,6 +112,21 @@ std::vector<MatrixX> polarise_quadratic_form(int size, const Values& evaluate) {
         forms[k](r, s) = forms[k](s, r) = value[static_cast<Eigen::Index>(k)];
     }
   return forms;
+}
+
+/// Functions of rates from their values. @param is_quadratic whether they are quadratic forms
+template <class Values>
+RateFunctions expand_in_rates(int size, bool is_quadratic, const Values& evaluate) {
+  if (is_quadratic) return {polarise_quadratic_form(size, evaluate), {}, {}};
+  RateFunctions functions;
+  functions.constant = evaluate(VectorX::Zero(size));
+  functions.linear.resize(functions.constant.size(), size);
+  for (int k = 0; k < size; ++k)
+    functions.linear.col(k) = (evaluate(VectorX::Unit(size, k)) - evaluate(-VectorX::Unit(size, k))) / 2;
+  functions.quadratic = polarise_quadratic_form(size, [&](const VectorX& rates) {
+    return VectorX(evaluate(rates) - functions.linear * rates - functions.constant);
+  });
+  return functions;
 }
 
 }  // namespace balance::dynamics

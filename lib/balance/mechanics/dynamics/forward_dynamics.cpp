@@ -43,7 +43,7 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
 
   MotionOutcome set(double time, const VectorX& q, const VectorX& dq) override {
     time_ = time;
-    MotionOutcome outcome = loop_dynamics_.assemble(q, dq, y_, dy_);
+    MotionOutcome outcome = loop_dynamics_.assemble(time, q, dq, y_, dy_);
     outcome.time = time;
     if (outcome.status != MotionStatus::done) return outcome;
     freedoms = loop_dynamics_.freedoms();

@@ -8,9 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace balance::dynamics {
@@ -131,6 +133,10 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
     frictions_.push_back({friction, source, unit, options.friction_regularisation_speed * unit});
     if (!frictions_.back().has_dry_friction()) continue;
     has_dry_friction_ = true;
+    if (has_prescribed_speeds(mechanism))
+      throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
+                                  "' of a mechanism whose constraints prescribe speeds: whether it sticks cannot be "
+                                  "computed");
     if (!source.has_single_term())
       throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
                                   "', which follows several coordinates: whether it sticks cannot be computed");
@@ -149,8 +155,9 @@ void LoopDynamics<S>::update_joint_springs(const double* y) {
 }
 
 template <class S>
-bool LoopDynamics<S>::solve_dependent(double* y, double* dy) {
+bool LoopDynamics<S>::solve_dependent(double time, double* y, double* dy) {
   iterations_ = 0;
+  sample_.constraint_time = time;
   if (is_open_tree()) {
     compute_poses(tree_, y, state_);
     update_joint_springs(y);
@@ -217,7 +224,9 @@ void LoopDynamics<S>::apply_second_order_correction(double* y) {
   compute_angular_velocities(tree_, x_.data(), state_);
   if (tree_.has_sliding_closures) compute_origin_velocities(tree_, x_.data(), state_);
   kinematics::compute_accelerations<S>(tree_, x_.data(), nullptr, S::Vector::Zero(), state_);
+  const double time = std::exchange(sample_.constraint_time, std::numeric_limits<double>::quiet_NaN());
   equations_->acceleration_rhs(state_, sample_, x_.data());
+  sample_.constraint_time = time;
   equations_->solve(x_.data());
   for (int c = 0; c < columns(); ++c) y[c] += x_[c] / 2;
   for (int k = 0; k < freedoms_; ++k) y[columns_[k]] = sample_.value[k];
@@ -375,6 +384,7 @@ constexpr double preferred_columns_tolerance = 1e-5;  // the same for the column
 // those that take part in one loop only, which lets the loops be solved one by one.
 constexpr double spherical_weight = 10;
 constexpr double own_loop_weight = 3;
+constexpr double other_column_weight = 1e4;  // of columns that are not preferred as independent ones
 
 MotionOutcome make_outcome(MotionStatus status, double time, std::string reason) {
   return {status, time, std::move(reason), {}};
@@ -391,8 +401,24 @@ std::vector<int> LoopDynamics<S>::preferred_columns() const {
     if (std::find(out.begin(), out.end(), column) != out.end()) return {};
     out.push_back(column);
   }
-  if (static_cast<int>(out.size()) != freedoms_) return {};
+  if (static_cast<int>(out.size()) < freedoms_) return {};
   return out;
+}
+
+/// Of more preferred columns than freedoms, those that determine the others best: the dependent columns are, as far as
+/// possible, the others. Empty if that is not possible.
+template <class S>
+std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int> preferred, MatrixX jacobian) const {
+  if (static_cast<int>(preferred.size()) == freedoms_) return preferred;
+  const auto is_preferred = [&](int column) {
+    return std::find(preferred.begin(), preferred.end(), column) != preferred.end();
+  };
+  for (int c = 0; c < columns(); ++c)
+    if (!is_preferred(c)) jacobian.col(c) *= other_column_weight;
+  double unused;
+  const std::vector<int> independent =
+      complement_indices(pivot_columns(jacobian, columns() - freedoms_, unused), columns());
+  return std::all_of(independent.begin(), independent.end(), is_preferred) ? independent : std::vector<int>();
 }
 
 template <class S>
@@ -434,6 +460,7 @@ bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
     std::vector<int> dependent = pivot_columns(weighted, rank, closure_regularity_);
     if (closure_regularity_ < closure_rank_tolerance) return false;
     if (is_any_sticking()) dependent = pivot_moving_columns(weighted, rank, sticking_columns());
+    independent_columns = select_preferred(independent_columns, weighted);
     if (!independent_columns.empty() &&
         compute_reciprocal_condition(select_columns(jacobian, complement_indices(independent_columns, n))) >
             preferred_columns_tolerance)
@@ -493,7 +520,7 @@ void LoopDynamics<S>::select_closure_rows(const std::vector<int>& rows) {
 }
 
 template <class S>
-MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
+MotionOutcome LoopDynamics<S>::assemble(double time, const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
   for (std::size_t b = 0; b < full_tree_.spherical_joints.size(); ++b)
     full_tree_.nodes[full_tree_.spherical_joints[b]].R_PF = tree_.nodes[full_tree_.spherical_joints[b]].R_PF =
         reference_[b];
@@ -523,7 +550,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
                         "the loops do not close with the given independent joint coordinates");
   y = exact.y;
   reset_spherical_references(1, y.data(), dy.data());
-  if (!choose_independent_columns(y.data(), true) || !solve_dependent(y.data(), dy.data()))
+  if (!choose_independent_columns(y.data(), true) || !solve_dependent(time, y.data(), dy.data()))
     return make_singular_outcome();
   return {MotionStatus::done, 0, "", {}};
 }
@@ -597,15 +624,16 @@ double LoopDynamics<S>::residual() const {
   return max_residual;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                                          \
-  template bool LoopDynamics<S>::reset_spherical_references(double, double*, double*);                  \
-  template double LoopDynamics<S>::residual() const;                                                    \
-  template void LoopDynamics<S>::weigh_columns();                                                       \
-  template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \
-  template bool LoopDynamics<S>::choose_independent_columns(const double*, bool);                       \
-  template void LoopDynamics<S>::select_closure_rows(const std::vector<int>&);                          \
-  template MotionOutcome LoopDynamics<S>::assemble(const VectorX&, const VectorX&, VectorX&, VectorX&); \
-  template double LoopDynamics<S>::mobility();                                                          \
+#define BALANCE_INSTANTIATE(S)                                                                                  \
+  template bool LoopDynamics<S>::reset_spherical_references(double, double*, double*);                          \
+  template double LoopDynamics<S>::residual() const;                                                            \
+  template void LoopDynamics<S>::weigh_columns();                                                               \
+  template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                         \
+  template std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int>, MatrixX) const;                 \
+  template bool LoopDynamics<S>::choose_independent_columns(const double*, bool);                               \
+  template void LoopDynamics<S>::select_closure_rows(const std::vector<int>&);                                  \
+  template MotionOutcome LoopDynamics<S>::assemble(double, const VectorX&, const VectorX&, VectorX&, VectorX&); \
+  template double LoopDynamics<S>::mobility();                                                                  \
   template void LoopDynamics<S>::multipliers(const double*, const double*, const double*, std::vector<double>&);
 BALANCE_INSTANTIATE(kinematics::Planar)
 BALANCE_INSTANTIATE(kinematics::Spatial)

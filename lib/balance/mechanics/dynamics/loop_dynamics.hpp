@@ -26,7 +26,7 @@ class LoopDynamics {
 
   /// Converts joint coordinates to tree coordinates that close the loops. Chooses independent columns, the preferred
   /// ones if possible, which keep the values given by q and dq.
-  MotionOutcome assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy);
+  MotionOutcome assemble(double time, const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy);
 
   /// Chooses independent columns at a closed configuration. solve_dependent() must follow.
   /// @param prefer take the preferred ones if they determine the others
@@ -37,8 +37,9 @@ class LoopDynamics {
   double closure_regularity() const { return closure_regularity_; }
 
   /// Solves for the dependent entries of y by Newton's method, then for the dependent rates. Updates the poses.
+  /// @param time at which constraints on speeds take their values
   /// @return false if there is no solution nearby
-  bool solve_dependent(double* y, double* dy);
+  bool solve_dependent(double time, double* y, double* dy);
 
   /// Accelerations at the state of the last solve_dependent().
   /// @return false if the mass matrix is not positive definite or the accelerations are not finite
@@ -125,6 +126,7 @@ class LoopDynamics {
   void weigh_columns();
   void select_closure_rows(const std::vector<int>& rows);
   std::vector<int> preferred_columns() const;
+  std::vector<int> select_preferred(std::vector<int> preferred, MatrixX jacobian) const;
 
   const Mechanism& mechanism_;
   ForwardOptions options_;

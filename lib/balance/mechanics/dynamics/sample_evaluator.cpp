@@ -30,7 +30,8 @@ SampleEvaluator<S>::SampleEvaluator(const MechanismOf<T>& mechanism, const kinem
     values->setZero(static_cast<Eigen::Index>(coordinates));
   for (auto* values : {&sample_.effort, &sample_.power})
     values->setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
-  sample_.constraint_force.setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
+  for (auto* values : {&sample_.constraint_force, &sample_.constraint_power})
+    values->setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
   sample_.joint_force.assign(joints, Vector3::Zero());
   sample_.joint_moment.assign(joints, Vector3::Zero());
   if (mechanism.tool) {
@@ -135,6 +136,13 @@ void SampleEvaluator<S>::compute_derived_quantities(const TreeMotion<S>& motion,
     sample_.com_velocity = kinematics::to_3d(com_velocity(tree_, *state_));
     compute_energies(tree_, *state_, gravity_, external_.energy(*state_, motion.y), sample_);
     read_reactions(motion, multipliers);
+    Eigen::Index constraint = 0;
+    for (const kinematics::Closure<S>& closure : tree_.closures) {
+      if (closure.terms.empty()) continue;
+      const double speed = model::evaluate_at_time(closure.value, value_of(motion.time)).value;
+      sample_.constraint_power[constraint] = speed * sample_.constraint_force[constraint];
+      ++constraint;
+    }
     sample_.add_derived(kinematics::to_3d(about_));
   }
   is_first_ = false;

@@ -50,7 +50,8 @@ TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, cons
     values->setZero(size(mechanism.coordinates));
   for (auto* values : {&current_.effort, &current_.power}) values->setZero(size(mechanism.actuators));
   for (auto* values : {&current_.joint_force, &current_.joint_moment}) values->setZero(size(mechanism.joints));
-  current_.constraint_force.setZero(size(mechanism.constraints));
+  for (auto* values : {&current_.constraint_force, &current_.constraint_power})
+    values->setZero(size(mechanism.constraints));
   for (auto* value :
        {&current_.com_position, &current_.com_velocity, &current_.com_acceleration, &current_.shaking_force,
         &current_.shaking_moment, &current_.force, &current_.moment, &current_.moment_com, &current_.total_effort,
@@ -255,7 +256,9 @@ void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& motion, const s
     ForceMagnitude size;
     if (!closure.terms.empty()) {
       const double multiplier = std::abs(multipliers[r++]) + total_force / closure.row_scale;
-      current_.constraint_force[constraint++] = multiplier;
+      current_.constraint_force[constraint] = multiplier;
+      current_.constraint_power[constraint++] =
+          multiplier * std::abs(model::evaluate_at_time(closure.value, motion.time).value);
       for (const kinematics::VelocityTerm<S>& term : closure.terms)
         if (term.of != kinematics::VelocityTerm<S>::Of::column)
           add_constraint_wrench(motion, term, multiplier * std::abs(term.factor));

@@ -235,6 +235,7 @@ CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double* q) const 
   plan.has_redundant_closures = has_redundant_closures_;
   trajectory::PrescribedMotion::Request request;
   request.law.kind = MotionLawKind::cubic;
+  request.has_real_time = false;
   request.from.value = Eigen::Map<const VectorX>(q_.data(), freedoms_);
   request.to.value = Eigen::Map<const VectorX>(q, freedoms_);
   plan.prescribed_motion.emplace(request);

@@ -81,6 +81,8 @@ class AssemblyBranch {
     return outcome;
   }
 
+  /// From now on constraints on speeds take their values at this time [s]; before, they are zero.
+  void set_constraint_time(double time) { sample_.constraint_time = time; }
   /// Sets the rates at the configuration of move_to(). The state then holds angular velocities and, if a closure
   /// slides, those of the origins.
   void set_rates(const double* dq);

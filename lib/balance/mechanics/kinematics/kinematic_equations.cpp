@@ -3,6 +3,7 @@
 #include "balance/foundation/numerics/engine_scalar.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace balance::kinematics {
@@ -261,10 +262,23 @@ void KinematicEquations<S>::solve_transposed(T* x) {
   for (int r = 0; r < rows(); ++r) x[r] *= row_scale_[r];
 }
 
+namespace {
+
+/// The value of a sum of speeds that a constraint prescribes, with its time derivative.
+template <class ClosureType, class Target>
+model::ValueAndRate constrained_speed(const ClosureType& closure, const Target& target) {
+  return std::isnan(target.constraint_time) ? model::ValueAndRate{}
+                                            : model::evaluate_at_time(closure.value, target.constraint_time);
+}
+
+}  // namespace
+
 template <class S>
 void KinematicEquations<S>::velocity_rhs(const trajectory::DriveSampleOf<T>& target, T* out) const {
   int row = 0;
-  for (; row < tree_.closure_rows; ++row) out[row] = 0;
+  for (const Closure<Constants<S>>& closure : tree_.closures)
+    for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
+      out[row] = closure.value ? row_scale_[row] * constrained_speed(closure, target).value : 0;
   for (int k = 0; k < drive_.value_count(); ++k, ++row) out[row] = row_scale_[row] * target.rate[k];
   for (const int component : drive_.rotation)
     out[row++] = rotation_jacobian_.col(component).dot(target.angular_velocity);
@@ -276,6 +290,7 @@ void KinematicEquations<S>::acceleration_rhs(const TreeState<S>& state, const tr
   int row = 0;
   for (const Closure<Constants<S>>& closure : tree_.closures) {
     closure_bias(state, closure, closure_pose(state, closure), out + row);
+    if (closure.value && !closure.rows.empty()) out[row] -= constrained_speed(closure, target).rate;
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row) out[row] *= -row_scale_[row];
   }
   int k = 0;

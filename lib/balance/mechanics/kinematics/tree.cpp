@@ -60,7 +60,7 @@ FixedFrame<S> offset_frame(const FixedFrame<S>& body, const Matrix3Of<typename S
 template <class S>
 Closure<S> make_rolling_closure(const Tree<S>& tree, const JointOf<typename S::Scalar>& joint, int j);
 
-/// The closure that keeps a sum of speeds at zero, with its path.
+/// The closure that keeps a sum of speeds at its value, with its path.
 template <class S>
 Closure<S> make_speed_closure(const Tree<S>& tree, const model::GeneralisedSpeedOf<typename S::Scalar>& constraint);
 
@@ -135,6 +135,7 @@ void set_closure_rows(JointType type, Closure<S>& closure) {
       case JointType::revolute: closure.rows = {x, y}; break;
       case JointType::prismatic: closure.rows = {y, angle}, closure.aligned = {0}; break;
       case JointType::pin_slot: closure.rows = {y}; break;
+      case JointType::planar: break;  // lets everything move
       case JointType::fixed: closure.rows = {x, y, angle}, closure.aligned = {0}; break;
       default: throw std::invalid_argument("joint type does not exist in the plane");
     }
@@ -222,6 +223,8 @@ Closure<S> make_speed_closure(const Tree<S>& tree, const model::GeneralisedSpeed
   Closure<S> closure;
   closure.joint = -1;
   closure.rows = {{ClosureRow::Kind::sum, 0, 0}};
+  closure.value =
+      constraint.value.template convert<double>([](const typename S::Scalar& number) { return value_of(number); });
   for (const auto& term : constraint.terms)
     if (term.kind == model::GeneralisedSpeedTermOf<typename S::Scalar>::Kind::coordinate)
       add_coordinate_rate(tree, term, closure);
@@ -461,7 +464,7 @@ class TreeCompiler {
     closure.a = offset_frame<S>(tree_.bodies[joint.first], axes, joint.point_first);
     closure.b = offset_frame<S>(tree_.bodies[joint.second], joint.rotation.transpose() * axes, joint.point_second);
     set_closure_rows(joint.type, closure);
-    tree_.closures.push_back(closure);
+    if (!closure.rows.empty()) tree_.closures.push_back(closure);
   }
 
   void add_mass_elements() {

@@ -120,6 +120,7 @@ struct Closure {
   RollingContact<typename S::Scalar> contact = {};  ///< of rows `slip`
   std::vector<VelocityTerm<S>> terms = {};          ///< of the one row `sum`
   double row_scale = 1;                             ///< of the row `sum`: its magnitude at unit scaled rates
+  model::VariableFunction value = {};               ///< of the row `sum`: function of time that it equals; none: zero
 
   /// Whether it constrains velocities, not positions.
   bool is_velocity_level() const {

@@ -106,6 +106,11 @@ std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<
   return coordinates;
 }
 
+bool has_prescribed_speeds(const Mechanism& mechanism) {
+  return std::any_of(mechanism.constraints.begin(), mechanism.constraints.end(),
+                     [](const GeneralisedSpeed& constraint) { return static_cast<bool>(constraint.value); });
+}
+
 bool has_velocity_constraints(const Mechanism& mechanism) {
   return !mechanism.constraints.empty() ||
          std::any_of(mechanism.joints.begin(), mechanism.joints.end(),
@@ -218,6 +223,7 @@ class MechanismUnion {
     append(union_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinate_offset_; });
     append(union_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinate_offset_; });
     union_.coordinates = list_coordinates(union_.space, union_.joints);
+    union_.torque_distribution.reset();
   }
 
   Mechanism finish() { return std::move(union_); }

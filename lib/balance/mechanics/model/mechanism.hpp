@@ -7,6 +7,7 @@
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/foundation/base/types.hpp"
+#include "balance/mechanics/model/variable_function.hpp"
 
 #include <cmath>
 #include <concepts>
@@ -46,22 +47,26 @@ std::string format_position(const double* position, int count, const DisplayUnit
 // of coordinates.
 
 /// factor · (rate of a coordinate, or component of a velocity). The `_body` kinds take components along the moving body
-/// axes.
+/// axes, `com_velocity` those of the velocity of the centre of mass of all moving bodies.
 template <class T>
 struct GeneralisedSpeedTermOf {
-  enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body };
+  enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body, com_velocity };
   Kind kind = Kind::coordinate;
   int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; planar angular velocities have component 2
   T factor = 1;     ///< SI
-  BodyId body = 0;  ///< for components of velocities
+  BodyId body = 0;  ///< for components of velocities of bodies
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< point whose velocity is meant, body axes [m]
+  /// Multiplies the factor by a function of the joint coordinates `pose_variables`; none in constraints.
+  VariableFunctionOf<T> pose_factor = {};
+  std::vector<CoordinateId> pose_variables = {};
 };
 
-/// φ or ψ of P0 eq. 1 with constant factors.
+/// φ or ψ of P0 eq. 1. As a constraint, the sum of the terms equals `value`.
 template <class T>
 struct GeneralisedSpeedOf {
   std::string name;
   std::vector<GeneralisedSpeedTermOf<T>> terms;
+  VariableFunctionOf<T> value = {};  ///< of a constraint: function of time [m/s or rad/s]; none: zero
 };
 
 using GeneralisedSpeedTerm = GeneralisedSpeedTermOf<double>;
@@ -112,13 +117,13 @@ enum class JointType {
 /// | revolute    | angle        | r = 0; rotation about u                                                   |
 /// | prismatic   | slide        | r = slide u; no rotation                                                  |
 /// | fixed       | none         | r = 0; no rotation                                                        |
-/// | pin_slot    | slide, angle | planar: r = slide u; free rotation                                        |
+/// | pin_slot    | slide, angle | plane only: r = slide u; free rotation                                    |
 /// | cylindrical | angle, slide | r = slide u; rotation about u                                             |
 /// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
-/// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
+/// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u, which is z in the plane             |
 ///
-/// The last two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
+/// The next two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
 /// whose centre is Q. They have five coordinates and two constraints on their rates: the material point in contact with
 /// the plane is at rest.
 ///
@@ -279,6 +284,57 @@ struct FrictionOf {
   }
 };
 
+/// How one actuator takes part in the distribution of efforts.
+template <class T>
+struct EffortShareOf {
+  T weight = 1;                             ///< > 0, of the actuator's term in what is minimised
+  std::optional<T> lower = {}, upper = {};  ///< least and largest effort [N m or N]
+  std::optional<T> preload = {};  ///< not zero: the effort keeps this sign and at least this magnitude [N m or N]
+
+  /// The larger of `lower` and a positive preload.
+  std::optional<T> lower_bound() const {
+    if (!preload || !(*preload > 0) || (lower && *lower > *preload)) return lower;
+    return preload;
+  }
+  /// The smaller of `upper` and a negative preload.
+  std::optional<T> upper_bound() const {
+    if (!preload || !(*preload < 0) || (upper && *upper < *preload)) return upper;
+    return preload;
+  }
+};
+
+/// What the efforts minimise at every moment. An effort counts as a moment: a force times the characteristic length.
+enum class DistributionMethod {
+  min_norm,  ///< Σ weight · effort²
+  min_peak,  ///< the largest weight · |effort|; of all efforts with the same largest one, Σ (weight · effort)²
+};
+
+/// Which efforts more actuators than degrees of freedom exert. Where none are within the bounds, the largest excess over
+/// a bound is the least possible.
+template <class T>
+struct TorqueDistributionOf {
+  DistributionMethod method = DistributionMethod::min_norm;
+  std::vector<EffortShareOf<T>> shares;  ///< one per actuator
+
+  bool is_weighted() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (!(share.weight == shares.front().weight)) return true;
+    return false;
+  }
+  bool has_limits() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (share.lower || share.upper) return true;
+    return false;
+  }
+  bool has_preload() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (share.preload) return true;
+    return false;
+  }
+  /// Whether the efforts are a linear function of the generalised forces.
+  bool is_linear() const { return method == DistributionMethod::min_norm && !has_limits() && !has_preload(); }
+};
+
 /// Point of interest of one body.
 template <class T>
 struct ToolOf {
@@ -303,13 +359,14 @@ struct MechanismOf {
   std::vector<JointOf<T>> joints;
   std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
   std::vector<CouplingOf<T>> couplings;
-  std::vector<GeneralisedSpeedOf<T>> constraints;  ///< speeds that are always zero
+  std::vector<GeneralisedSpeedOf<T>> constraints;  ///< speeds that are zero, or the given functions of time
   std::vector<AttachmentOf<T>> attachments;
   std::vector<DiscOf<T>> discs;
   std::vector<LoadOf<T>> loads;
   std::vector<SpringOf<T>> springs;
   std::vector<FrictionOf<T>> friction;
-  std::vector<CoordinateId> actuators;  ///< actuated coordinates
+  std::vector<CoordinateId> actuators;                         ///< actuated coordinates
+  std::optional<TorqueDistributionOf<T>> torque_distribution;  ///< none: least norm, without weights and bounds
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
   DisplayUnits units;  ///< for messages and reports
@@ -327,6 +384,8 @@ using Disc = DiscOf<double>;
 using Load = LoadOf<double>;
 using Spring = SpringOf<double>;
 using Friction = FrictionOf<double>;
+using EffortShare = EffortShareOf<double>;
+using TorqueDistribution = TorqueDistributionOf<double>;
 using Tool = ToolOf<double>;
 using CoordinateValue = CoordinateValueOf<double>;
 using Mechanism = MechanismOf<double>;
@@ -337,6 +396,30 @@ std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Join
 /// Whether some rates are constrained and positions are not: a body rolls on a plane, or there are constraints on
 /// speeds.
 bool has_velocity_constraints(const Mechanism& mechanism);
+
+/// Whether a constraint on speeds has a value other than zero, so that its force does work.
+bool has_prescribed_speeds(const Mechanism& mechanism);
+
+/// "least norm", "least weighted peak within limits and with preload".
+template <class T>
+std::string describe_distribution(const std::optional<TorqueDistributionOf<T>>& distribution) {
+  if (!distribution) return "least norm";
+  std::string text = distribution->is_weighted() ? "least weighted " : "least ";
+  text += distribution->method == DistributionMethod::min_norm ? "norm" : "peak";
+  if (distribution->has_limits()) text += " within limits";
+  if (distribution->has_preload()) text += distribution->has_limits() ? " and with preload" : " with preload";
+  return text;
+}
+
+/// Whether the efforts are a linear function of the generalised forces, however many actuators there are.
+inline bool has_linear_efforts(const Mechanism& mechanism) {
+  return !mechanism.torque_distribution || mechanism.torque_distribution->is_linear();
+}
+
+/// Name of a method in the spec language.
+inline const char* name_of(DistributionMethod method) {
+  return method == DistributionMethod::min_norm ? "least-norm" : "least-peak";
+}
 
 /// Characteristic length: the largest distance of a named or joint point from its body's origin or, for the ground,
 /// between two of its points. Always positive. All comparisons with zero are scaled by it.
@@ -407,7 +490,7 @@ inline const char* name_of(JointType type) {
 // Union of mechanisms.
 
 /// Joins mechanisms that share only the ground. Concatenates their lists; names do not change. Space, gravity and tool
-/// are those of the first mechanism. What must vanish for all motions of the union must vanish for all motions of each
+/// are those of the first mechanism; there is no torque distribution. What must vanish for all motions of the union must vanish for all motions of each
 /// mechanism.
 /// @throws std::invalid_argument if `mechanisms` is empty, or if space or gravity differ
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms);
@@ -437,5 +520,6 @@ using model::MechanismOf;
 using model::SpaceKind;
 using model::Spring;
 using model::Tool;
+using model::TorqueDistribution;
 
 }  // namespace balance

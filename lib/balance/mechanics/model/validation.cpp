@@ -273,6 +273,30 @@ void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& i
   }
 }
 
+void check_torque_distribution(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  if (!mechanism.torque_distribution) return;
+  const std::vector<EffortShare>& shares = mechanism.torque_distribution->shares;
+  constexpr auto kind = ValidationIssueKind::torque_distribution;
+  if (shares.size() != mechanism.actuators.size())
+    return ElementValidator(ElementKind::mechanism, 0, mechanism.name, issues)
+        .add(kind, "the torque distribution must have one share for each of the " +
+                       std::to_string(mechanism.actuators.size()) + " actuators, has " + std::to_string(shares.size()));
+  for (std::size_t a = 0; a < shares.size(); ++a) {
+    const EffortShare& share = shares[a];
+    ElementValidator faults(ElementKind::actuator, a, "", issues);
+    if (faults.check_finite(share.weight, "the weight") && !(share.weight > 0))
+      faults.add(kind, "the weight must be positive, is " + format_element(share.weight));
+    bool is_finite = true;
+    for (const auto& bound : {share.lower, share.upper, share.preload})
+      is_finite = (!bound || faults.check_finite(*bound, "the bound of the effort")) && is_finite;
+    if (share.preload && *share.preload == 0) faults.add(kind, "the preload must not be zero");
+    const std::optional<double> lower = share.lower_bound(), upper = share.upper_bound();
+    if (is_finite && lower && upper && *lower > *upper)
+      faults.add(kind, "limits and preload contradict each other: the effort would be at least " +
+                           format_element(*lower) + " and at most " + format_element(*upper));
+  }
+}
+
 void check_references(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   std::set<CoordinateId> actuated;
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
@@ -310,6 +334,7 @@ std::vector<ValidationIssue> validate(const Mechanism& mechanism) {
   check_springs(mechanism, issues);
   check_friction(mechanism, issues);
   check_references(mechanism, issues);
+  check_torque_distribution(mechanism, issues);
   return issues;
 }
 
@@ -340,6 +365,10 @@ void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>&
       using enum GeneralisedSpeedTerm::Kind;
       if (faults.check_finite(term.factor, "a factor") && term.factor == 0)
         faults.add(ValidationIssueKind::ratio_zero, "no factor may be zero: leave its term out");
+      if (term.kind == com_velocity || term.pose_factor)
+        faults.add(ValidationIssueKind::index_out_of_range,
+                   "a constraint on speeds cannot contain the velocity of the centre of mass or a factor that depends "
+                   "on the pose");
       if (term.kind == coordinate) {
         faults.check_index(term.index, mechanism.coordinates.size(), "a coordinate");
         continue;
@@ -372,12 +401,12 @@ bool exists_in(JointType type, bool planar) {
   switch (type) {
     case JointType::revolute:
     case JointType::prismatic:
-    case JointType::fixed: return true;
+    case JointType::fixed:
+    case JointType::planar: return true;
     case JointType::pin_slot: return planar;
     case JointType::cylindrical:
     case JointType::universal:
     case JointType::spherical:
-    case JointType::planar:
     case JointType::rolling_disc:
     case JointType::rolling_sphere: return !planar;
   }
@@ -392,9 +421,12 @@ void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
   if (planar && is_sliding && joint.axis.z() != 0)
     faults.add(ValidationIssueKind::out_of_plane, "its axis must lie in the plane of the mechanism");
   if (planar && !is_sliding && joint.axis != Vector3::UnitZ())
-    faults.add(ValidationIssueKind::out_of_plane, "the axis of a planar revolute joint must be z");
+    faults.add(ValidationIssueKind::out_of_plane,
+               "the axis of a revolute or planar joint must be z, as the mechanism is planar");
   if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type)) return;
   faults.check_unit_vector(joint.axis2, "its axis2");
+  if (planar && joint.axis2.z() != 0)
+    faults.add(ValidationIssueKind::out_of_plane, "its axis2 must lie in the plane of the mechanism");
   if (std::abs(joint.axis.dot(joint.axis2)) > perpendicularity_tolerance)
     faults.add(ValidationIssueKind::axes_not_perpendicular,
                "its axes must be perpendicular, their cosine is " + format_element(joint.axis.dot(joint.axis2)));

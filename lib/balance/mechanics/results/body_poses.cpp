@@ -214,6 +214,15 @@ void add_body_poses(const Mechanism& mechanism, RunResult& result) {
   clear_round_off(&RunResult::body_position, result);
 }
 
+std::vector<BodyMotion> body_motions_at(const Mechanism& mechanism, const VectorX& position, const VectorX& velocity,
+                                        const VectorX& acceleration) {
+  std::vector<BodyMotion> motions(mechanism.bodies.size());
+  for (const TreeStep& step : steps_from_ground(mechanism))
+    propagate_motion(step, mechanism.joints[static_cast<std::size_t>(step.joint)], position.data(), velocity.data(),
+                     acceleration.data(), motions);
+  return motions;
+}
+
 std::vector<std::vector<BodyMotion>> body_motions(const Mechanism& mechanism, const RunResult& result,
                                                   Eigen::Index rows) {
   require_same_mechanism(mechanism, result);

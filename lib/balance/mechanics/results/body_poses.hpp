@@ -43,4 +43,9 @@ struct BodyMotion {
 std::vector<std::vector<BodyMotion>> body_motions(const Mechanism& mechanism, const RunResult& result,
                                                   Eigen::Index rows);
 
+/// The motions of all bodies for given joint coordinates, rates and accelerations, which close the loops.
+/// @param position, velocity, acceleration per coordinate of the mechanism
+std::vector<BodyMotion> body_motions_at(const Mechanism& mechanism, const VectorX& position, const VectorX& velocity,
+                                        const VectorX& acceleration);
+
 }  // namespace balance::results

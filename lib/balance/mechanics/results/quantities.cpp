@@ -55,6 +55,8 @@ constexpr QuantityDefinition quantity_definitions[] = {
      &RunResult::joint_moment, [](const Sample& s) { return s.joint_moment.data()->data(); }, &TermMagnitudes::joint_moment},
     {"constraint_force", "constraint_force", "force or moment that enforces the constraint on speeds", constraint, Shape::plain, Unit::constraint, "", Availability::reactions, Figures::per_member,
      &RunResult::constraint_force, [](const Sample& s) { return s.constraint_force.data(); }, &TermMagnitudes::constraint_force},
+    {"constraint_power", "constraint_power", "power of the force that enforces the constraint on speeds", constraint, Shape::plain, Unit::fixed, "W", Availability::prescribed_speeds, Figures::per_member,
+     &RunResult::constraint_power, [](const Sample& s) { return s.constraint_power.data(); }, &TermMagnitudes::constraint_power},
     {"kinetic_energy", "", "kinetic energy", single, Shape::plain, Unit::fixed, "J", Availability::always, Figures::whole,
      &RunResult::kinetic_energy, [](const Sample& s) { return &s.kinetic_energy; }, &TermMagnitudes::kinetic_energy},
     {"potential_energy", "", "potential energy of weight and springs", single, Shape::plain, Unit::fixed, "J", Availability::always, Figures::none,

@@ -78,6 +78,7 @@ enum class Availability {
   tool,               ///< the mechanism has a tool
   uniform_actuators,  ///< there are several actuators, with efforts of the same unit
   reactions,          ///< the formulation computes joint reactions and the mobility
+  prescribed_speeds,  ///< as `reactions`, and a constraint on speeds has a value other than zero
   control,            ///< under control
   tracking,           ///< under control, and the desired motion is known
   tool_tracking,      ///< as `tracking`, and the mechanism has a tool

@@ -15,6 +15,7 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
     case Availability::uniform_actuators:
       return result.actuator_units.size() > 1 && common_unit(result.actuator_units) != "mixed";
     case Availability::reactions: return contents.reactions;
+    case Availability::prescribed_speeds: return contents.reactions && has_prescribed_speeds(mechanism);
     case Availability::control: return contents.control;
     case Availability::tracking: return contents.tracking;
     case Availability::tool_tracking: return contents.tracking && mechanism.tool.has_value();
@@ -27,7 +28,7 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
 /// Whether the term is the velocity of a point or the rate of a slide.
 bool is_length(const Mechanism& mechanism, const model::GeneralisedSpeedTerm& term) {
   using enum model::GeneralisedSpeedTerm::Kind;
-  if (term.kind != coordinate) return term.kind == velocity || term.kind == velocity_body;
+  if (term.kind != coordinate) return term.kind != angular_velocity && term.kind != angular_velocity_body;
   return mechanism.coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
 }
 

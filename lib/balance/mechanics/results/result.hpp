@@ -5,6 +5,7 @@
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/results/term_magnitudes.hpp"
+#include "balance/mechanics/results/torque_distribution_record.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"
 
@@ -80,6 +81,7 @@ struct RunResult {
   Samples joint_force,
       joint_moment;  ///< N×(J axes), N×(J moment_axes): on the second body, moment about the joint's point on it
   Samples constraint_force;  ///< N×Q, Q constraints on speeds: generalised forces conjugate to these speeds [N or N m]
+  Samples constraint_power;  ///< N×Q: power of these forces [W]; empty if all constrained speeds are zero
   Samples kinetic_energy, potential_energy;  ///< N×1 [J]
   Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
   Eigen::VectorXi newton_iterations;         ///< N
@@ -108,6 +110,7 @@ struct RunResult {
   double energy = 0;                         ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
   std::optional<trajectory::CorridorResult>
       corridor_result;  ///< if the path was optimised in a corridor; not read from files
+  std::optional<TorqueDistributionRecord> torque_distribution;  ///< if the mechanism states one; not read from files
 
   /// The samples besides the rows that the metrics rest on: both sides of every jump; not in files. Null: unknown.
   std::shared_ptr<const IntermediateSamples> intermediate;

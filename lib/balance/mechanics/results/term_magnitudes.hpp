@@ -24,9 +24,9 @@ struct TermMagnitudes {
   VectorX moment_com;                     ///< about the centre of mass
   VectorX force, moment;                  ///< of inertia, loads and springs: reactions on the ground
   VectorX kinetic_energy, potential_energy;
-  VectorX joint_force, joint_moment;  ///< per joint
-  VectorX constraint_force;           ///< per constraint on speeds
-  VectorX sliding_variable;           ///< per sliding variable of a controller
+  VectorX joint_force, joint_moment;           ///< per joint
+  VectorX constraint_force, constraint_power;  ///< per constraint on speeds
+  VectorX sliding_variable;                    ///< per sliding variable of a controller
 
   /// Raises each entry to at least `factor` times the entry of `other`.
   void raise_to(const TermMagnitudes& other, double factor);
@@ -52,6 +52,7 @@ inline constexpr std::array term_magnitude_members = {&TermMagnitudes::position,
                                                       &TermMagnitudes::joint_force,
                                                       &TermMagnitudes::joint_moment,
                                                       &TermMagnitudes::constraint_force,
+                                                      &TermMagnitudes::constraint_power,
                                                       &TermMagnitudes::sliding_variable,
                                                       &TermMagnitudes::total_effort,
                                                       &TermMagnitudes::moment_com};

@@ -3,6 +3,8 @@
 
 #include "balance/foundation/base/types.hpp"
 
+#include <limits>
+
 namespace balance::trajectory {
 
 /// Prescribed values at one pose: k scalars (positions, planar angle, joint coordinates) and, if the whole orientation
@@ -21,6 +23,8 @@ struct DriveSampleOf {
   Matrix3Of<T> rotation = Matrix3Of<T>::Identity();
   Vector3Of<T> angular_velocity = Vector3Of<T>::Zero();      ///< world axes [rad/s]
   Vector3Of<T> angular_acceleration = Vector3Of<T>::Zero();  ///< world axes [rad/s^2]
+  /// Time at which constraints on speeds take their values [s]; NaN: they are zero, as for variations of a motion.
+  double constraint_time = std::numeric_limits<double>::quiet_NaN();
 };
 
 using DriveValue = DriveValueOf<double>;

@@ -31,6 +31,7 @@ struct SampleOf {
   std::vector<Vector> joint_moment;  ///< about the joint's point on the second body
   VectorXOf<T>
       constraint_force;  ///< per constraint of the mechanism: generalised force conjugate to the constrained speed
+  VectorXOf<T> constraint_power;  ///< per constraint: power of that force; zero unless the speed is not zero
   T kinetic_energy = 0, potential_energy = 0;
   T total_torque = 0;  ///< root of the sum of the squared efforts; meaningful if all have the same unit
   T mobility = 0;      ///< smallest singular value of the scaled equations that determine the motion

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -65,6 +66,7 @@ struct PrescribedMotion::Implementation {
       path_time_scaling;  ///< for an optimised law of the whole path: maps time to the time of the uniform legs
   std::vector<ComponentOffset> offsets;
   std::vector<double> jumps;
+  bool has_real_time = true;
 
   double duration() const { return path_time_scaling ? path_time_scaling->duration() : path.duration; }
   const PathSegment& leg_at(double time, Side side) const;
@@ -185,6 +187,7 @@ PrescribedMotion::PrescribedMotion(const Request& request) : implementation_(std
     self.path_time_scaling.emplace(request.law, 0, request.duration, time_tolerance * request.duration);
   }
   self.offsets = request.component_offsets;
+  self.has_real_time = request.has_real_time;
   self.add_jumps(*this, request.switch_times);
 }
 
@@ -199,6 +202,7 @@ void PrescribedMotion::at(double time, Side side, DriveSample& sample) const {
   sample.value.resize(path.size);  // does not allocate if the size is right
   sample.rate.resize(path.size);
   sample.acceleration.resize(path.size);
+  sample.constraint_time = implementation_->has_real_time ? time : std::numeric_limits<double>::quiet_NaN();
   const auto [leg, progress] = implementation_->leg_progress(time, side);
   std::visit([&, &progress = progress](const auto& curve) { curve.fill(progress, sample); }, leg->curve);
   std::visit([&, &progress = progress](const auto& rotation) { rotation.fill(progress, sample); }, leg->rotation);

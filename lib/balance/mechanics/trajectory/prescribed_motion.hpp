@@ -39,6 +39,7 @@ class PrescribedMotion {
     /// Times at which something other than the motion jumps, e.g. a payload [s]. jump_times() includes those strictly
     /// inside.
     std::vector<double> switch_times;
+    bool has_real_time = true;  ///< false: the time only counts the way, and constraints on speeds are kept at zero
   };
 
   /// @throws std::invalid_argument if sizes differ, numbers are not finite, the law is invalid, the three points of an

@@ -171,7 +171,7 @@ MotionOutcome make_actuation_failure(double time) {
 
 void check_size(const VectorX& values, Eigen::Index size, const char* what) {
   if (values.size() != 0 && values.size() != size)
-    throw std::invalid_argument(std::string("a controller needs one ") + what + " per actuator");
+    throw std::invalid_argument(std::string("a controller needs one ") + what + " per actuator or speed");
 }
 
 }  // namespace
@@ -203,8 +203,10 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
     throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
-  check_size(controller.kp, actuators, "kp");
-  check_size(controller.kd, actuators, "kd");
+  if (!controller.speeds.empty()) task_.emplace(model, controller.speeds);
+  const Eigen::Index controlled = task_ ? task_->size() : actuators;
+  check_size(controller.kp, controlled, "kp");
+  check_size(controller.kd, controlled, "kd");
   check_size(controller.lambda, extended ? 1 : actuators, "lambda");
   check_size(controller.switching_gain, extended ? 1 : actuators, "k");
   check_size(controller.boundary_layer, extended ? 1 : actuators, "boundary layer");
@@ -220,11 +222,13 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   }
   for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
   compute_coupling_map();
+  if (model_mechanism_->torque_distribution) distribution_ = model::scale_distribution(*model_mechanism_, length_);
 }
 
 void ControlLaw::change_model(double time, const Mechanism& model) {
   model_mechanism_ = &model;
   model_ = dynamics::ForwardDynamics(model, {.preferred = model.actuators});
+  if (task_) task_.emplace(model, controller_.speeds);  // its centre of mass is the model's
   if (state_.size() > 0) model_.set_state(time, state_, rates_);
 }
 
@@ -242,14 +246,34 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
                 " controller needs an actuator for every degree of freedom: there are " + std::to_string(motors) +
                 " for " + std::to_string(model_.freedoms()),
             {}};
-  return set_gains(basis);
+  if (task_ && has_velocity_constraints(mechanism_))
+    return {MotionStatus::mismatch,
+            0,
+            "a controller with speeds needs positions that follow from those of the actuators, but here rates are "
+            "constrained and positions are not",
+            {}};
+  if (task_ && task_->size() != model_.freedoms())
+    return {MotionStatus::mismatch,
+            0,
+            "the controller has " + std::to_string(task_->size()) + " speeds for " + std::to_string(model_.freedoms()) +
+                " degrees of freedom: as many are needed",
+            {}};
+  MotionOutcome result = set_gains(basis);
+  if (distribution_ && is_inverse_dynamics_based(controller_))
+    notes_.push_back(
+        motors > model_.freedoms()
+            ? trajectory::describe_over_actuation(motors, model_.freedoms(),
+                                                  model::describe_distribution(model_mechanism_->torque_distribution))
+            : trajectory::describe_determined_efforts(motors, model_.freedoms()));
+  return result;
 }
 
 MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
   const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  const Eigen::Index controlled = task_ ? task_->size() : actuators;
   const double frequency = controller_.natural_frequency();
-  kp_ = VectorX::Constant(actuators, frequency * frequency);
-  kd_ = VectorX::Constant(actuators, 2 * controller_.damping * frequency);
+  kp_ = VectorX::Constant(controlled, frequency * frequency);
+  kd_ = VectorX::Constant(controlled, 2 * controller_.damping * frequency);
   if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
     // Without a motion to follow, only the start is known.
     const std::vector<DesiredState> start_states = {{state_, rates_, VectorX::Zero(state_.size())}};
@@ -392,7 +416,6 @@ ControlLaw::TrackingErrors ControlLaw::actuated_errors(const DesiredState& desir
 
 /// Adds efforts that give the actuated coordinates these accelerations at the model's state.
 bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
-  const dynamics::EquationOfMotion equation = model_.equation();
   VectorX rate_change;
   if (model_.independent() == mechanism_.actuators) {
     rate_change = actuated;
@@ -409,16 +432,25 @@ bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
     // With more motors than freedoms, their average.
     if (!solve_full_row_rank(rows.transpose() * rows, rows.transpose() * right_hand_side, rate_change)) return false;
   }
-  VectorX efforts;
-  if (!solve_full_row_rank(equation.input, equation.mass * rate_change + equation.bias, efforts)) return false;
-  efforts_ += efforts;
-  return true;
+  return add_independent_acceleration_efforts(rate_change);
+}
+
+/// Adds efforts that give the independent coordinates these accelerations at the model's state.
+bool ControlLaw::add_independent_acceleration_efforts(const VectorX& independent) {
+  const dynamics::EquationOfMotion equation = model_.equation();
+  return distribute(equation.input, equation.mass * independent + equation.bias);
 }
 
 /// Adds efforts that are equivalent to generalised forces on the independent coordinates.
 bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
+  return distribute(model_.equation().input, generalised);
+}
+
+/// Adds efforts u with input · u = forces.
+bool ControlLaw::distribute(const MatrixX& input, const VectorX& forces) {
   VectorX efforts;
-  if (!solve_full_row_rank(model_.equation().input, generalised, efforts)) return false;
+  if (!solve_full_row_rank(input, forces, efforts)) return false;
+  if (distribution_ && input.cols() > input.rows()) efforts = solve_distribution(*distribution_, input, forces);
   efforts_ += efforts;
   return true;
 }
@@ -433,8 +465,31 @@ bool ControlLaw::apply_computed_torque(double time, const DesiredState& desired,
                                        const VectorX& velocity) {
   failure_ = update_model(time, position, velocity);
   if (failure_.status != MotionStatus::done) return false;
+  if (task_) return apply_computed_torque_in_speeds(time, desired);
   const TrackingErrors e = actuated_errors(desired, position, velocity);
   return add_acceleration_efforts(e.acceleration + kd_.cwiseProduct(e.rate) + kp_.cwiseProduct(e.position));
+}
+
+/// The same for the quantities x whose rates p = ẋ are the controller's speeds: ṗ = p_d' + K_d (p_d − p) + K_p (x_d − x).
+/// With ṗ = W ν̇ + N, N at zero accelerations of the independent coordinates.
+bool ControlLaw::apply_computed_torque_in_speeds(double time, const DesiredState& desired) {
+  const dynamics::Transformation motion = model_.transformation();
+  MatrixX W(task_->size(), motion.matrix.cols());
+  for (Eigen::Index k = 0; k < W.cols(); ++k) W.col(k) = task_->rates(state_, motion.matrix.col(k));
+  const VectorX rate_error = task_->rates(desired.position, desired.velocity) - task_->rates(state_, rates_);
+  const VectorX target = task_->accelerations(desired.position, desired.velocity, desired.acceleration) +
+                         kd_.cwiseProduct(rate_error) + kp_.cwiseProduct(task_->errors(desired.position, state_)) -
+                         task_->accelerations(state_, rates_, motion.bias);
+  VectorX rate_change;
+  if (!solve_full_row_rank(W, target, rate_change)) {
+    failure_ = {
+        MotionStatus::drive_singularity,
+        time,
+        trajectory::format_time_prefix(time) + "the controller's speeds do not determine the motion of the mechanism",
+        {}};
+    return false;
+  }
+  return add_independent_acceleration_efforts(rate_change);
 }
 
 /// sign(s), or its linear version inside the boundary layer.

@@ -8,6 +8,14 @@ namespace balance::control {
 PayloadImpact take_up_payloads(const Mechanism& before, const Mechanism& after, double time, const VectorX& position,
                                const VectorX& velocity) {
   PayloadImpact impact;
+  if (has_prescribed_speeds(before)) {
+    // the impulse of the constraint's force does work
+    impact.outcome = {MotionStatus::mismatch,
+                      time,
+                      "a payload is taken up while a constraint on speeds has a value: the impact is not treated",
+                      {}};
+    return impact;
+  }
   dynamics::ForwardDynamics lighter(before);
   impact.outcome = lighter.set_state(time, position, velocity);
   if (impact.outcome.status != MotionStatus::done) return impact;

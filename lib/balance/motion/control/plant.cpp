@@ -106,7 +106,7 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   if (q.size() != count || dq.size() != count)
     throw std::invalid_argument("a start needs a value for each of the mechanism's coordinates");
   is_started_ = false;
-  MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
+  MotionOutcome outcome = loops_.assemble(time_, q, dq, y_, dy_);
   outcome.time = time;
   if (outcome.status != MotionStatus::done) return outcome;
   outcome = check_mass_matrix(mechanism_, loops_, time, dy_.data());
@@ -119,7 +119,7 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   ddy_.setZero();
   pack_state();
   step_start_x_ = x_;
-  if (!choose_independent_columns()) return stop(MotionStatus::constraint_singularity);
+  if (!choose_independent_columns(time_)) return stop(MotionStatus::constraint_singularity);
   pack_state();
   integrator_.restart();
   is_started_ = true;
@@ -193,7 +193,7 @@ template <class S>
 void PlantOf<S>::evaluate(const VectorX& efforts) {
   require_started(efforts);
   update_friction(efforts);
-  loops_.solve_dependent(y_.data(), dy_.data());
+  loops_.solve_dependent(time_, y_.data(), dy_.data());
   loops_.accelerate(time_, dy_.data(), efforts.data(), ddy_.data());
   ++cost_.evaluations;
 }
@@ -235,7 +235,7 @@ const Sample& PlantOf<S>::observe(const VectorX& efforts) {
 /// Computes the joint coordinates at the current state.
 template <class S>
 void PlantOf<S>::update_coordinates() {
-  loops_.solve_dependent(y_.data(), dy_.data());
+  loops_.solve_dependent(time_, y_.data(), dy_.data());
   compute_angular_velocities(loops_.tree(), dy_.data(), loops_.state());
   evaluator_->update_coordinates(instant());
   position_ = evaluator_->sample().position;
@@ -291,7 +291,7 @@ void PlantOf<S>::derivative(const std::vector<double>& x, std::vector<double>& d
   unpack_state(x);
   ++cost_.evaluations;
   update_efforts(time);
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) throw StateRejected{};
+  if (!loops_.solve_dependent(time, y_.data(), dy_.data())) throw StateRejected{};
   if (!loops_.accelerate(time, dy_.data(), efforts_.data(), ddy_.data())) throw StateRejected{};
   if (loops_.has_dry_friction() && time == time_) start_ddy_ = ddy_;
   const int n = loops_.columns();
@@ -315,7 +315,7 @@ bool PlantOf<S>::try_step(double& time, double& step, bool& is_rejected, bool& h
       derivative(x, dxdt, t);
     };
     if (!integrator_.try_step(right_hand_side, x_, time, step)) return false;
-    if (project_step(attempted_step, has_new_coordinates) && locate_event(attempted_step, time)) {
+    if (project_step(time, attempted_step, has_new_coordinates) && locate_event(attempted_step, time)) {
       loops_.store();
       suspect_steps_ = 0;
       if (loops_.has_dry_friction()) start_ddy_ = ddy_;
@@ -337,7 +337,7 @@ void PlantOf<S>::restore_step_start() {
   x_ = step_start_x_;
   integrator_.restart();
   unpack_state(x_);
-  if (loops_.solve_dependent(y_.data(), dy_.data())) loops_.store();
+  if (loops_.solve_dependent(time_, y_.data(), dy_.data())) loops_.store();
 }
 
 /// Integrates to the end of a smooth interval.
@@ -361,7 +361,7 @@ MotionOutcome PlantOf<S>::integrate_to(double end) {
       if (is_at_event_ && !handle_event()) return stop(MotionStatus::constraint_singularity);
       update_max_rate();
       if (loops_.reset_spherical_references(1, y_.data(), dy_.data())) {  // coordinates and rates have changed
-        has_new_coordinates = choose_independent_columns();
+        has_new_coordinates = choose_independent_columns(time_);
         pack_state();
         step_start_x_ = x_;
         integrator_.restart();
@@ -374,7 +374,7 @@ MotionOutcome PlantOf<S>::integrate_to(double end) {
     step_ = step;
     unpack_state(step_start_x_);
     if (is_rejected && !has_new_coordinates) {
-      if (!choose_independent_columns()) return stop(MotionStatus::constraint_singularity);
+      if (!choose_independent_columns(time_)) return stop(MotionStatus::constraint_singularity);
       integrator_.restart();
       has_new_coordinates = true;
       step_ = attempted_step;
@@ -387,16 +387,16 @@ MotionOutcome PlantOf<S>::integrate_to(double end) {
 
 /// Projects the end of a step onto the closures. Chooses new independent coordinates if the current ones degrade.
 template <class S>
-bool PlantOf<S>::project_step(double step, bool& has_new_coordinates) {
+bool PlantOf<S>::project_step(double time, double step, bool& has_new_coordinates) {
   unpack_state(x_);
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
+  if (!loops_.solve_dependent(time, y_.data(), dy_.data())) return false;
   if (loops_.has_redundant_closures() && loops_.residual() > redundant_residual_tolerance) return false;
   if (can_have_crossed_singularity(step)) {
     ++suspect_steps_;
     return false;
   }
   has_new_coordinates = loops_.regularity() < refactor_ratio * loops_.regularity_at_choice();
-  if (has_new_coordinates && !choose_independent_columns()) return false;
+  if (has_new_coordinates && !choose_independent_columns(time)) return false;
   pack_state();
   return true;
 }
@@ -417,9 +417,9 @@ bool PlantOf<S>::can_have_crossed_singularity(double step) {
 }
 
 template <class S>
-bool PlantOf<S>::choose_independent_columns() {
+bool PlantOf<S>::choose_independent_columns(double time) {
   const bool is_regular =
-      loops_.choose_independent_columns(y_.data(), false) && loops_.solve_dependent(y_.data(), dy_.data());
+      loops_.choose_independent_columns(y_.data(), false) && loops_.solve_dependent(time, y_.data(), dy_.data());
   if (is_regular) loops_.store();
   cost_.choices = loops_.choice_count();
   return is_regular;
@@ -430,7 +430,7 @@ template <class S>
 bool PlantOf<S>::overflows() {
   const auto exceeds = [](const VectorX& v, double bound) { return v.size() > 0 && !(numerics::max_abs(v) < bound); };
   if (exceeds(efforts_, overflow_limit) || exceeds(y_, overflow_limit) || exceeds(dy_, overflow_limit)) return true;
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
+  if (!loops_.solve_dependent(time_, y_.data(), dy_.data())) return false;
   loops_.accelerate(time_, dy_.data(), efforts_.data(), ddy_.data());
   return exceeds(ddy_, overflow_limit);
 }
@@ -441,7 +441,7 @@ MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   update_coordinates();
   if (overflows()) return trajectory::make_overflow_outcome(time_, "the motion under these efforts");
   if (status != MotionStatus::constraint_singularity &&
-      (!choose_independent_columns() || loops_.closure_regularity() < singular_closure_threshold))
+      (!choose_independent_columns(time_) || loops_.closure_regularity() < singular_closure_threshold))
     status = MotionStatus::constraint_singularity;
   std::string reason = "the integration cannot continue: its steps became too short";
   const std::string flat_disc = trajectory::describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
@@ -466,10 +466,10 @@ MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   template void PlantOf<S>::derivative(const std::vector<double>&, std::vector<double>&, double); \
   template bool PlantOf<S>::try_step(double&, double&, bool&, bool&);                             \
   template MotionOutcome PlantOf<S>::integrate_to(double);                                        \
-  template bool PlantOf<S>::project_step(double, bool&);                                          \
+  template bool PlantOf<S>::project_step(double, double, bool&);                                  \
   template bool PlantOf<S>::can_have_crossed_singularity(double);                                 \
   template void PlantOf<S>::restore_step_start();                                                 \
-  template bool PlantOf<S>::choose_independent_columns();                                         \
+  template bool PlantOf<S>::choose_independent_columns(double);                                   \
   template bool PlantOf<S>::overflows();                                                          \
   template MotionOutcome PlantOf<S>::stop(MotionStatus);
 BALANCE_INSTANTIATE(kinematics::Planar)

@@ -69,11 +69,11 @@ class PlantOf : public Plant::Implementation {
   void update_efforts(double time);
   bool try_step(double& time, double& step, bool& is_rejected, bool& has_new_coordinates);
   void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
-  bool project_step(double step, bool& has_new_coordinates);
+  bool project_step(double time, double step, bool& has_new_coordinates);
   bool can_have_crossed_singularity(double step);
   void restore_step_start();
   void update_max_rate();
-  bool choose_independent_columns();
+  bool choose_independent_columns(double time);
   void unpack_state(const std::vector<double>& x);
   void pack_state();
 

@@ -29,13 +29,13 @@ void PlantOf<S>::update_max_rate() {
 template <class S>
 bool PlantOf<S>::update_friction(const VectorX& efforts) {
   if (!loops_.has_dry_friction()) return true;
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
+  if (!loops_.solve_dependent(time_, y_.data(), dy_.data())) return false;
   const dynamics::FrictionChange change =
       loops_.decide_friction(time_, dy_.data(), efforts.data(), rest_rate_fraction * max_rate_);
   if (change != dynamics::FrictionChange::none) integrator_.restart();
   if (change != dynamics::FrictionChange::sticking_set) return true;
   step_start_x_ = x_;
-  const bool is_regular = choose_independent_columns();
+  const bool is_regular = choose_independent_columns(time_);
   pack_state();
   if (loops_.has_shared_stiction() && !has_noted_shared_stiction_) {
     has_noted_shared_stiction_ = true;
@@ -61,7 +61,7 @@ bool PlantOf<S>::step_without_error_control(double step) {
   };
   integrator_.step_without_error_control(right_hand_side, x_, time_, step);
   unpack_state(x_);
-  return loops_.solve_dependent(y_.data(), dy_.data());
+  return loops_.solve_dependent(time_ + step, y_.data(), dy_.data());
 }
 
 /// Fraction of a step from step_start_x_ at which a slipping joint may have stopped although it moves at the end: the
@@ -114,7 +114,7 @@ bool PlantOf<S>::has_event_within(double step, double& high, double& margin) {
   x_ = end;
   ddy_ = end_ddy;
   unpack_state(x_);
-  return loops_.solve_dependent(y_.data(), dy_.data());
+  return loops_.solve_dependent(time_ + step, y_.data(), dy_.data());
 }
 
 /// After an accepted step from step_start_x_ to x_: returns to the first event in it, if there is one.
@@ -134,7 +134,7 @@ bool PlantOf<S>::locate_event(double step, double& time) {
   is_at_event_ = true;
   std::vector<double> event_state = x_;
   unpack_state(step_start_x_);
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
+  if (!loops_.solve_dependent(time_, y_.data(), dy_.data())) return false;
   double lower_margin = std::max(friction_margin(time_), event_margin_epsilon), last_margin = upper_margin;
   bool has_moved_high = false, has_moved_low = false;  // the end that the last iteration moved
   for (int iteration = 0; iteration < max_event_iterations; ++iteration) {
@@ -160,9 +160,9 @@ bool PlantOf<S>::locate_event(double step, double& time) {
   }
   x_ = event_state;
   unpack_state(x_);
-  if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
-  pack_state();
   time = time_ + high;
+  if (!loops_.solve_dependent(time, y_.data(), dy_.data())) return false;
+  pack_state();
   return true;
 }
 

@@ -57,18 +57,23 @@ std::string join_goal_names(const std::vector<Goal>& goals) {
   return text;
 }
 
-std::string describe_goal(const Goal& goal) {
+std::string describe_goal(const Goal& goal, const std::string& speeds) {
+  const std::string derivatives = "written in the derivatives of " + speeds;
   const auto meaning = [&]() -> std::string {
     switch (goal.kind) {
       case GoalKind::statics: return "at rest the actuators carry nothing";
       case GoalKind::gyroscopic:
-        return "the actuators carry nothing at rest and feel no velocity terms, written in the accelerations of all "
-               "tree "
-               "coordinates";
+        return "the actuators carry nothing at rest and feel no velocity terms, " +
+               (speeds.empty() ? "written in the accelerations of all tree coordinates" : derivatives);
       case GoalKind::gyroscopic_independent:
         return "the actuators carry nothing at rest and feel no velocity terms, written in their own accelerations";
       case GoalKind::decoupled:
-        return "the actuators carry nothing at rest, feel no velocity terms and no acceleration but their own";
+        if (speeds.empty())
+          return "the actuators carry nothing at rest, feel no velocity terms and no acceleration but their own";
+        return "the actuators carry nothing at rest and feel neither velocity terms nor a derivative of a speed but "
+               "that "
+               "in their own place, " +
+               derivatives;
       case GoalKind::force: return "the frame feels no shaking force: the centre of mass stands still";
       case GoalKind::moment: return "the frame feels no shaking moment: the angular momentum is always zero";
       case GoalKind::dynamic: return "the frame feels neither shaking force nor shaking moment";

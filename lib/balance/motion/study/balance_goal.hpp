@@ -37,7 +37,8 @@ const std::vector<std::string>& goal_names();
 std::string join_goal_names(const std::vector<Goal>& goals);
 
 /// Meaning of a goal, as the end of a sentence: "the actuators carry no weight, whatever the configuration".
-std::string describe_goal(const Goal& goal);
+/// @param speeds those in whose derivatives the efforts are written; empty: as the goal says
+std::string describe_goal(const Goal& goal, const std::string& speeds = "");
 
 }  // namespace balance::study
 

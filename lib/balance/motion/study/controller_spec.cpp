@@ -26,6 +26,18 @@ const char* controller_type_name(ControllerType type) {
   return "";
 }
 
+std::string why_not_a_rate(const model::GeneralisedSpeed& speed, SpaceKind space) {
+  using enum model::GeneralisedSpeedTerm::Kind;
+  for (const model::GeneralisedSpeedTerm& term : speed.terms) {
+    if (term.pose_factor) return "its factors depend on the pose";
+    if (term.kind == velocity_body || term.kind == angular_velocity_body)
+      return "it has components along axes that turn with a body";
+    if (term.kind == angular_velocity && space == SpaceKind::spatial)
+      return "it has components of an angular velocity in space";
+  }
+  return "";
+}
+
 std::vector<std::string> controller_type_names() {
   std::vector<std::string> names;
   for (const ControllerType type : controller_types) names.emplace_back(controller_type_name(type));

@@ -69,8 +69,10 @@ struct Controller {
   std::optional<double> bandwidth;  ///< natural frequency for default gains [Hz]; none: a hundredth of the sample rate
   double damping = 1;               ///< damping ratio for default gains
 
-  VectorX kp;  ///< pd [N m/rad or N/m], computed torque [1/s²]; empty: from bandwidth
-  VectorX kd;  ///< pd [N m s/rad or N s/m], computed torque [1/s]; empty: from bandwidth and damping
+  /// Computed torque: rates of the quantities whose errors it controls, instead of the actuated coordinates; empty: none.
+  std::vector<model::GeneralisedSpeed> speeds;
+  VectorX kp;  ///< pd [N m/rad or N/m], computed torque [1/s²], per actuator or speed; empty: from bandwidth
+  VectorX kd;  ///< pd [N m s/rad or N s/m], computed torque [1/s], likewise; empty: from bandwidth and damping
   GravityCompensation gravity = GravityCompensation::compensated;
 
   VectorX lambda;  ///< λ [1/s]; one entry for extended sliding mode; empty: 2π bandwidth
@@ -98,6 +100,10 @@ std::vector<Controller> built_in_controllers();
 
 /// Name of a type in the spec language: "computed-torque".
 const char* controller_type_name(ControllerType type);
+
+/// Why a speed is not the rate of a quantity whose errors a controller can follow, such as the position of a point;
+/// empty if it is.
+std::string why_not_a_rate(const model::GeneralisedSpeed& speed, SpaceKind space);
 
 /// All types in the order of the enumeration.
 std::vector<std::string> controller_type_names();

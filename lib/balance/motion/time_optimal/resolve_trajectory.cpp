@@ -258,6 +258,10 @@ ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajecto
   ResolvedTrajectory resolved{{MotionStatus::done, 0, "", {}}, trajectory, std::nullopt, std::nullopt, {}};
   if (has_velocity_constraints(mechanism) && (trajectory.corridor || has_momentum_task(trajectory)))
     throw std::invalid_argument("constraints on speeds cannot be combined with a corridor or a kept momentum");
+  if (has_prescribed_speeds(mechanism) && is_mechanism_dependent(trajectory.law.kind))
+    throw std::invalid_argument(
+        "a law that is optimised for the mechanism cannot be combined with a constraint on speeds with a value: rates "
+        "are then not proportional to the progress along the path");
   resolved.outcome = optimise_corridor_path(mechanism, resolved.trajectory, resolved.corridor);
   if (resolved.outcome.status != MotionStatus::done) return resolved;
   resolved.outcome = solve_momentum_tasks(mechanism, resolved.trajectory);

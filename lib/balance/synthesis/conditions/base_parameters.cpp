@@ -125,6 +125,12 @@ Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t see
   without_forces.springs.clear();
   without_forces.loads.clear();
   without_forces.friction.clear();
+  if (has_prescribed_speeds(mechanism)) {
+    Conditions refusal;
+    refusal.status = ConditionsStatus::mismatch;
+    refusal.reason = "a constraint on speeds has a value";
+    return refusal;
+  }
   return kinematics::dispatch_space(
       mechanism.space, [&]<class S>(S) { return BaseParameterIdentification<S>(without_forces, seed).run(); });
 }

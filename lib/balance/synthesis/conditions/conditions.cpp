@@ -28,7 +28,7 @@ class ConditionDerivation {
   ConditionDerivation(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
       : mechanism_(mechanism),
         options_(options),
-        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))),
         sampler_(mechanism, tree_, options.seed),
         random_(options.seed + 1) {
     out_.goals = goals;
@@ -49,7 +49,10 @@ class ConditionDerivation {
          ++k, min_rows *= 2) {
       if (!collect_rows(rows, configuration, min_rows, stacked_rows))
         return refuse(ConditionsStatus::not_assembled,
-                      "too few configurations were found in which the actuators hold the mechanism");
+                      options_.speeds.empty()
+                          ? "too few configurations were found in which the actuators hold the mechanism"
+                          : "too few configurations were found in which the speeds determine the motion and the "
+                            "actuators hold the mechanism");
       if (!is_representable(stacked_rows) || !units.parameter.allFinite())
         return refuse(ConditionsStatus::rank_unclear,
                       has_mass(mechanism_) ? "numbers overflow: terms of the conditions are too large to represent"
@@ -133,12 +136,24 @@ class ConditionDerivation {
                              ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
         break;
       }
+    if (!options_.speeds.empty()) return add_speeds_note(has_effort_goal);
     if (tree_.closure_rows == 0 || (!has_goal(GoalKind::gyroscopic) && !has_goal(GoalKind::decoupled))) return;
     std::string joints;
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
       if (tree_.joint_nodes[j] >= 0 && joint_degrees_of_freedom(mechanism_.joints[j].type) > 0)
         joints += (joints.empty() ? "" : ", ") + mechanism_.joints[j].name;
     out_.notes.push_back("no velocity terms: when the efforts are written in the accelerations of " + joints);
+  }
+
+  void add_speeds_note(bool has_effort_goal) {
+    if (!has_effort_goal) {
+      out_.notes.push_back("the goals do not depend on the choice of speeds");
+      return;
+    }
+    for (const model::GeneralisedSpeed& speed : options_.speeds.in(mechanism_))
+      out_.speeds += (out_.speeds.empty() ? "" : ", ") + speed.name;
+    out_.notes.push_back("velocity terms and inertia: when the efforts are written in the derivatives of " +
+                         out_.speeds);
   }
 
   const Mechanism& mechanism_;
@@ -150,6 +165,13 @@ class ConditionDerivation {
 };
 
 }  // namespace
+
+std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const ConditionOptions& options) {
+  std::vector<CoordinateId> needed = mechanism.actuators;
+  const std::vector<CoordinateId> of_speeds = options.speeds.coordinates();
+  needed.insert(needed.end(), of_speeds.begin(), of_speeds.end());
+  return needed;
+}
 
 Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                              const ConditionOptions& options) {

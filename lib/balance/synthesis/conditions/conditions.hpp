@@ -3,6 +3,7 @@
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/motion/study/balance_goal.hpp"
+#include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
 
 #include <cstdint>
@@ -27,6 +28,7 @@ struct Conditions {
   ConditionsStatus status = ConditionsStatus::unsolved;
   std::string reason;  ///< one sentence, unless done
   std::vector<Goal> goals;
+  std::string speeds;  ///< names of those in whose derivatives efforts are written; empty: none are chosen
   std::vector<dynamics::Parameter> parameters;  ///< P columns: list_terms
   VectorX known_term_values;                    ///< values of the last columns, which are known terms [SI]
   std::vector<bool> variable_terms;             ///< per known term, as in ConditionOptions
@@ -58,7 +60,13 @@ struct ConditionOptions {
   std::vector<std::string> excluded;  ///< sections and elements that the goals ignore (left_out)
   std::vector<bool> variable_terms;   ///< known terms that free numbers change: included even where they are zero
   std::uint64_t seed = 1;             ///< of the random configurations
+  /// If not empty, velocity terms and inertia are those of the equations in the derivatives of these speeds, as many of
+  /// them as there are freedoms: the first ones that determine the motion.
+  ChosenSpeeds speeds;
 };
+
+/// Coordinates whose joints must not be cut when conditions are derived.
+std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const ConditionOptions& options);
 
 /// Stacks the goals' rows at random admissible configurations and velocities, finds the rank and reduces the row space.
 /// Source: P0 section 2; the method is described in docs/theory.md.

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/dynamics/speed_probe.hpp"
 #include "balance/mechanics/kinematics/closure.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 
@@ -11,6 +12,15 @@
 namespace balance::conditions {
 
 namespace {
+
+/// Whether a speed is a length per time.
+bool is_length_speed(const Mechanism& mechanism, const model::GeneralisedSpeed& speed) {
+  using enum model::GeneralisedSpeedTerm::Kind;
+  return std::any_of(speed.terms.begin(), speed.terms.end(), [&](const model::GeneralisedSpeedTerm& term) {
+    return term.kind == coordinate ? is_length_coordinate(mechanism, term.index)
+                                   : term.kind != angular_velocity && term.kind != angular_velocity_body;
+  });
+}
 
 /// Components of a load: force, then moment.
 template <class S>
@@ -134,7 +144,14 @@ GoalRows<S>::GoalRows(const Mechanism& mechanism, const kinematics::Tree<S>& tre
   if (has_goal(GoalKind::proportional)) extra_count_ += S::dimension * S::dimension;
   if (has_goal(GoalKind::affine)) extra_count_ += S::dimension * (S::dimension + S::dimension * tool_axis_count<S>);
   is_fully_ = std::any_of(goals_.begin(), goals_.end(), [](const Goal& goal) { return goal.is_fully; });
-  needs_actuators_ = is_fully_ || has_goal(GoalKind::decoupled) || has_goal(GoalKind::gyroscopic_independent);
+  needs_actuators_ = is_fully_ || has_goal(GoalKind::decoupled) ||
+                     (has_goal(GoalKind::gyroscopic_independent) && options_.speeds.empty());
+  if (needs_actuators_ || has_goal(GoalKind::gyroscopic) || has_goal(GoalKind::gyroscopic_independent))
+    speeds_ = options_.speeds.in(mechanism);
+  speed_units_.resize(static_cast<Eigen::Index>(speeds_.size()));
+  for (std::size_t k = 0; k < speeds_.size(); ++k)
+    speed_units_[static_cast<Eigen::Index>(k)] =
+        is_length_speed(mechanism, speeds_[k]) ? tree.characteristic_length : 1;
   check_goals(freedoms);
 }
 
@@ -162,6 +179,19 @@ bool GoalRows<S>::has_goal(GoalKind kind) const {
 
 template <class S>
 void GoalRows<S>::check_goals(int freedoms) {
+  if (has_prescribed_speeds(mechanism_)) {
+    mismatch_ =
+        "a constraint on speeds has a value: balancing conditions are those of motions without such constraints";
+    return;
+  }
+  if (!speeds_.empty()) {
+    mismatch_ = options_.speeds.mismatch_reason();
+    if (mismatch_.empty() && static_cast<int>(speeds_.size()) < freedoms)
+      mismatch_ = "the speeds, " + std::to_string(speeds_.size()) + ", are fewer than the degrees of freedom, " +
+                  std::to_string(freedoms);
+    if (!mismatch_.empty()) return;
+    dynamics::check_speeds(mechanism_, tree_, speeds_);
+  }
   if (extra_count_ > 0) {
     if (!mechanism_.tool) {
       mismatch_ = std::string("the goal ") + (has_goal(GoalKind::affine) ? "affine" : "proportional") +
@@ -195,6 +225,7 @@ bool GoalRows<S>::evaluate(const SampledConfiguration& configuration, const Velo
   y_ = configuration.y;
   compute_poses(tree_, y_.data(), state_);
   if (needs_actuators_ && !set_actuated(configuration.null_space)) return false;
+  if (!speeds_.empty() && !set_speeds(configuration.null_space)) return false;
   add_efforts(probe);
   add_inertia();
   add_momentum(probe);
@@ -264,7 +295,7 @@ void GoalRows<S>::append_known_rows(const MatrixX& projection, const MatrixX& to
 template <class S>
 void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
   const bool has_gyroscopic = has_goal(GoalKind::gyroscopic) || has_goal(GoalKind::decoupled);
-  const bool has_independent = has_goal(GoalKind::gyroscopic_independent);
+  const bool has_independent = has_goal(GoalKind::gyroscopic_independent) || (has_gyroscopic && !speeds_.empty());
   if (!has_gyroscopic && !has_independent && !has_goal(GoalKind::statics)) return;
   const VectorX zero_rate = VectorX::Zero(tree_.columns);
   const MatrixX projection = probe.directions.transpose() * scale_.asDiagonal();
@@ -273,9 +304,10 @@ void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
   // friction is odd in the velocities, terms of masses are even: neither can compensate for the other
   if ((has_gyroscopic || has_independent) && known_terms_.has_friction())
     append_known_rows(projection, known_terms_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
-  if (has_gyroscopic) append_rows(projection * compute_regressor(probe.velocity, zero_rate, false).torque, L * L);
+  if (has_gyroscopic && speeds_.empty())
+    append_rows(projection * compute_regressor(probe.velocity, zero_rate, false).torque, L * L);
   if (has_independent)
-    append_rows(projection * compute_regressor(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
+    append_rows(projection * compute_regressor(probe.velocity, held_bias(probe.velocity), false).torque, L * L);
 }
 
 /// decoupled: the effort that one actuator's acceleration requires of another; fully-: changes of the actuators'
@@ -286,14 +318,17 @@ void GoalRows<S>::add_inertia() {
   if (!decoupled && !is_fully_) return;
   const VectorX zero_rate = VectorX::Zero(tree_.columns);
   const Eigen::Index n = actuated_.cols();
-  MatrixX inertia_rows(n * (n + 1) / 2, inertial_count_), coupling_rows(n * (n - 1) / 2, inertial_count_);
+  const bool is_symmetric = speeds_.empty();  // efforts and accelerations belong to the same coordinates
+  const MatrixX& accelerations = is_symmetric ? actuated_ : speed_directions_;
+  MatrixX inertia_rows(is_symmetric ? n * (n + 1) / 2 : n * n, inertial_count_),
+      coupling_rows(is_symmetric ? n * (n - 1) / 2 : n * (n - 1), inertial_count_);
   Eigen::Index f = 0, c = 0;
   for (Eigen::Index s = 0; s < n; ++s) {
     const MatrixX column =
-        actuated_.transpose() * scale_.asDiagonal() * compute_regressor(zero_rate, actuated_.col(s), false).torque;
-    for (Eigen::Index r = 0; r <= s; ++r) {
+        actuated_.transpose() * scale_.asDiagonal() * compute_regressor(zero_rate, accelerations.col(s), false).torque;
+    for (Eigen::Index r = 0; r < (is_symmetric ? s + 1 : n); ++r) {
       inertia_rows.row(f++) = column.row(r);
-      if (r < s) coupling_rows.row(c++) = column.row(r) / (actuated_.col(r).norm() * actuated_.col(s).norm());
+      if (r != s) coupling_rows.row(c++) = column.row(r) / (actuated_.col(r).norm() * accelerations.col(s).norm());
     }
   }
   const double unit = units_.length * units_.length;
@@ -362,6 +397,24 @@ namespace {
 /// Minimum singular value of the actuated rows of the null space: below it, C is large and rows are ill-conditioned.
 constexpr double min_actuator_regularity = 0.02;
 
+/// The same of the speeds, relative to the largest one, with normalised rows.
+bool is_well_conditioned(MatrixX rows) {
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+  if (!rows.allFinite()) return false;
+  const VectorX values = numerics::singular_values(rows);
+  return values.size() == 0 || values.tail(1)[0] > min_actuator_regularity * values[0];
+}
+
+/// The first rows that determine a motion; fewer than columns if they do not.
+std::vector<int> choose_independent_rows(const MatrixX& rows) {
+  std::vector<int> chosen;
+  for (int r = 0; r < static_cast<int>(rows.rows()) && static_cast<Eigen::Index>(chosen.size()) < rows.cols(); ++r) {
+    chosen.push_back(r);
+    if (!is_well_conditioned(rows(chosen, Eigen::all))) chosen.pop_back();
+  }
+  return chosen;
+}
+
 }  // namespace
 
 /// C = N (S N)⁻¹: its actuated rows are the identity.
@@ -375,14 +428,52 @@ bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
   return true;
 }
 
-/// The accelerations caused by a velocity while the actuators' accelerations are zero.
 template <class S>
-VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
+MatrixX GoalRows<S>::speed_rows() {
+  MatrixX rows(static_cast<Eigen::Index>(speeds_.size()), tree_.columns);
+  for (int c = 0; c < tree_.columns; ++c) {
+    const VectorX dy = scale_[c] * VectorX::Unit(tree_.columns, c);
+    compute_velocities(tree_, dy.data(), state_);
+    const dynamics::SpeedProbe<S> probe{tree_, state_, y_.data(), dy.data(), nullptr};
+    rows.col(c) = probe.evaluate_speeds(speeds_, false).cwiseQuotient(speed_units_);
+  }
+  return rows;
+}
+
+/// The state holds accelerations with ddy = 0.
+template <class S>
+VectorX GoalRows<S>::speed_products(const VectorX& dy) {
+  const VectorX zero = VectorX::Zero(tree_.columns);
+  const dynamics::SpeedProbe<S> probe{tree_, state_, y_.data(), dy.data(), zero.data()};
+  return probe.evaluate_speeds(speeds_, true).cwiseQuotient(speed_units_)(independent_speeds_);
+}
+
+/// As for the actuators, with the speeds' rows. The independent speeds stay those of the first configuration.
+template <class S>
+bool GoalRows<S>::set_speeds(const MatrixX& null_space) {
+  const MatrixX all_rows = speed_rows(), on_motions = all_rows * null_space;
+  if (independent_speeds_.empty()) {
+    const std::vector<int> chosen = choose_independent_rows(on_motions);
+    if (static_cast<Eigen::Index>(chosen.size()) < null_space.cols()) return false;
+    independent_speeds_ = chosen;
+  }
+  speed_rows_ = all_rows(independent_speeds_, Eigen::all);
+  const MatrixX jacobian = on_motions(independent_speeds_, Eigen::all);
+  if (!is_well_conditioned(jacobian)) return false;
+  speed_directions_ = null_space * jacobian.partialPivLu().inverse();
+  return true;
+}
+
+/// The accelerations caused by a velocity while those of the actuators, or the derivatives of the speeds, are zero.
+template <class S>
+VectorX GoalRows<S>::held_bias(const VectorX& velocity) {
   const VectorX dy = scale_.cwiseProduct(velocity);
   compute_velocities(tree_, dy.data(), state_);
   kinematics::compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
-  const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
-  VectorX bias = VectorX::Zero(closures + actuated);
+  const MatrixX& held_rows = speeds_.empty() ? selection_ : speed_rows_;
+  const Eigen::Index closures = tree_.closure_rows, held = held_rows.rows();
+  VectorX bias = VectorX::Zero(closures + held);
+  if (!speeds_.empty()) bias.tail(held) = -speed_products(dy);
   kinematics::ConstraintSystem<S> system(tree_, kinematics::Drive<S>{});
   MatrixX jacobian;
   system.velocity_jacobian(y_, {}, jacobian);
@@ -391,16 +482,19 @@ VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
     closure_bias(state_, closure, closure_pose(state_, closure), next);
     for (const kinematics::ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
   }
-  MatrixX stacked(closures + actuated, tree_.columns);
-  stacked << jacobian, selection_;
+  MatrixX stacked(closures + held, tree_.columns);
+  stacked << jacobian, held_rows;
   numerics::CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);  // redundant closures leave rows of round-off
   return qr.compute(stacked).solve(bias);
 }
 
-#define BALANCE_INSTANTIATE(S)                             \
-  template bool GoalRows<S>::set_actuated(const MatrixX&); \
-  template VectorX GoalRows<S>::actuated_bias(const VectorX&);
+#define BALANCE_INSTANTIATE(S)                                  \
+  template bool GoalRows<S>::set_actuated(const MatrixX&);      \
+  template bool GoalRows<S>::set_speeds(const MatrixX&);        \
+  template MatrixX GoalRows<S>::speed_rows();                   \
+  template VectorX GoalRows<S>::speed_products(const VectorX&); \
+  template VectorX GoalRows<S>::held_bias(const VectorX&);
 BALANCE_INSTANTIATE(kinematics::Planar)
 BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE

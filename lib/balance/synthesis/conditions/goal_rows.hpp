@@ -87,7 +87,12 @@ class GoalRows {
   void check_goals(int freedoms);
   bool has_goal(GoalKind kind) const;
   bool set_actuated(const MatrixX& null_space);
-  VectorX actuated_bias(const VectorX& velocity);
+  bool set_speeds(const MatrixX& null_space);
+  /// Speeds per scaled rate of the tree's coordinates, in natural units.
+  MatrixX speed_rows();
+  /// The part of the speeds' derivatives that is due to a velocity, in natural units.
+  VectorX speed_products(const VectorX& dy);
+  VectorX held_bias(const VectorX& velocity);
   void set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight);
   dynamics::InertiaRegressor<S> compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight);
   void append_rows(const MatrixX& rows, double unit);
@@ -114,6 +119,11 @@ class GoalRows {
   kinematics::FixedFrame<S> tool_;
   MatrixX selection_;  ///< actuated × columns, scaled
   MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity
+  std::vector<model::GeneralisedSpeed> speeds_;
+  VectorX speed_units_;
+  std::vector<int> independent_speeds_;  ///< those that determine the motion at the first configuration
+  MatrixX speed_rows_;                   ///< of the independent speeds × columns, scaled
+  MatrixX speed_directions_;             ///< columns × independent speeds: scaled rates per speed
   MatrixX inertia_reference_;
   kinematics::TreeState<S> state_;
   VectorX y_;

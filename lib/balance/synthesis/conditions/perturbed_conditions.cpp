@@ -60,7 +60,7 @@ class ResidualSamples : public GoalResidual::Implementation {
   ResidualSamples(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : options_(options),
         goals_(conditions.goals),
-        tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)),
+        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))),
         units_(mechanism, conditions.parameters),
         term_mask_(VectorX::Ones(conditions.matrix.cols())) {
     // terms that no parameter can balance are constant and would only hide the rest of the residual
@@ -90,7 +90,7 @@ class ResidualSamples : public GoalResidual::Implementation {
   }
 
   bool collect(const Mechanism& mechanism, const RowsCallback& callback) override {
-    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
+    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options_));
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
     for (const kinematics::NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
@@ -202,7 +202,7 @@ template <class S>
 class PerturbedRows : public PerturbedConditions::Implementation {
  public:
   PerturbedRows(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
-      : options_(options), tree_(kinematics::compile_tree<S>(mechanism, mechanism.actuators)) {
+      : options_(options), tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))) {
     known_conditions.goals = conditions.goals;
     known_conditions.parameters = conditions.parameters;
     known_conditions.known_term_values = conditions.known_term_values;
@@ -229,7 +229,7 @@ class PerturbedRows : public PerturbedConditions::Implementation {
 
   PerturbedRank solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
     if (!reproduces_known_) return PerturbedRank::unknown;
-    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, mechanism.actuators);
+    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options_));
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
         tree.spherical_joints != tree_.spherical_joints)
       return PerturbedRank::unknown;

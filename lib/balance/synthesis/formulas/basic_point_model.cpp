@@ -94,6 +94,7 @@ class BasicPointModelBuilder {
 
   void add_joint(int index) {
     const model::JointOf<Expression>& joint = model_.mechanism().joints[static_cast<std::size_t>(index)];
+    if (joint.type == JointType::planar) return;
     if (joint.type != JointType::fixed && joint.type != JointType::prismatic && joint.type != JointType::pin_slot)
       throw FormulaError("joint " + joint.name + " does not constrain points alone");
     BasicJoint basic_joint{joint.type, joint.first, joint.second, {}, {}, {}, {}};

@@ -125,6 +125,10 @@ void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_l
 void clear_round_off(const EquationScales& scales, dynamics::SpeedTerms& terms) {
   clear_relative_round_off(terms.rows);
   clear_relative_round_off(terms.rates);
+  clear_relative_round_off(terms.transformation);
+  const double largest = numerics::max_abs(terms.transformation) * std::max(1.0, 1 / scales.length);
+  for (MatrixX& form : terms.acceleration)
+    for (double& value : form.reshaped()) clear_if_round_off(value, largest);
   const double inertia =
       std::max(numerics::max_abs(terms.speed_equations.mass), numerics::max_abs(terms.constraint_equations.mass));
   for (dynamics::IndependentTerms* equations : {&terms.speed_equations, &terms.constraint_equations}) {
@@ -252,7 +256,10 @@ class EquationsReporter {
     const model::SpeedChoice& choice = query_.speeds;
     if (choice.speeds.empty() && choice.constrained.empty()) return true;
     for (const model::GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
-    for (const model::GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
+    for (const model::GeneralisedSpeed& zero : choice.constrained) {
+      at_.zero.push_back(zero.name);
+      at_.has_constraint_values = at_.has_constraint_values || zero.value;
+    }
     return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
@@ -368,6 +375,9 @@ void write_row(const dynamics::IndependentTerms& terms, const dynamics::Redundan
   write_matrix_row(loops.transformation, 0, out.transformation.row(k));
   write_matrix_row(loops.discs, 0, out.discs.row(k));
   write_matrix_row(loops.constraints, 0, out.constraints.row(k));
+  if (loops.rate_offset.size() == 0) return;
+  out.rate_offset.conservativeResize(out.transformation.rows(), loops.rate_offset.size());
+  out.rate_offset.row(k) = loops.rate_offset;
 }
 
 }  // namespace

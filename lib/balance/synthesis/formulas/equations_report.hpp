@@ -43,7 +43,8 @@ struct EquationsAtConfiguration {
   std::optional<dynamics::SpeedTerms> in_speeds;
   bool has_rate_constraints =
       false;  ///< its rates are constrained: the configuration has more freedoms than `independent`
-  std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are zero
+  std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are held
+  bool has_constraint_values = false;     ///< some of those that are held have a value other than zero
   std::optional<dynamics::RedundantTerms> loops;
   std::optional<dynamics::EffortBreakdown> split;
   std::optional<dynamics::EffortRegressor> regressor;
@@ -78,6 +79,7 @@ struct EquationsAlongRun {
   Samples static_terms;    ///< N×d
   Samples transformation;  ///< N×(n d)
   Samples discs;           ///< N×(disc rows d)
+  Samples rate_offset;     ///< N×n; empty unless constraints prescribe speeds
   Samples constraints;     ///< N×(closure rows n)
   Samples parts;           ///< N×(actuators parts); empty if there is no breakdown of the efforts
 };

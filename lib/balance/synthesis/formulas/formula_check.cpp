@@ -3,6 +3,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/dynamics/equation_terms.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/synthesis/formulas/closed_poses.hpp"
@@ -20,6 +21,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -117,6 +119,11 @@ class EngineComparison {
     if (sheet_.natural && std::isfinite(other_error))
       other_error =
           std::max(other_error, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
+    if (sheet_.speeds) {
+      const double speeds_error = max_speeds_error(y);
+      if (!std::isfinite(speeds_error)) return false;
+      other_error = std::max(other_error, speeds_error);
+    }
     error = std::max(error, other_error);
     return std::isfinite(other_error);
   }
@@ -129,6 +136,7 @@ class EngineComparison {
     mechanism.constraints.clear();
     for (Joint& joint : mechanism.joints) joint.slips = true;
     const InverseDynamics chosen(mechanism, engine_options(sheet, mechanism));
+    mechanism.torque_distribution.reset();
     mechanism.actuators.clear();  // efforts along the independent coordinates themselves
     for (const std::string& name : chosen.independent())
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
@@ -196,7 +204,7 @@ class EngineComparison {
         const SheetSectionKind section = sheet_.sections[s].section;
         using enum SheetSectionKind;
         const bool is_derived = section == conditions || section == solved || section == closures ||
-                                section == efforts || section == reduced || section == solutions ||
+                                section == efforts || section == reduced || section == speeds || section == solutions ||
                                 section == balanced || formula.name.ends_with("^2");
         const auto text = texts_.find(text_key(s, k, section, formula.label()));
         if (!is_derived || text == texts_.end()) continue;
@@ -257,6 +265,70 @@ class EngineComparison {
       max_error = std::max(max_error, std::abs(torque - component(expected, i)) / std::max(scale, 1e-300));
     }
     return max_error;
+  }
+
+  double printed_entry(const char* name, std::initializer_list<std::size_t> indices, std::size_t count,
+                       const Polynomial& p, const VectorX& y) {
+    return printed_at(name + index_text(indices, count), p, y);
+  }
+
+  /// The equations in chosen speeds against those of the engine in the same speeds. Infinite where these do not
+  /// determine the motion well.
+  double max_speeds_error(const VectorX& y) {
+    const SpeedFormulas& s = *sheet_.speeds;
+    const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
+    if (!terms_) terms_.emplace(mechanism_);
+    const VectorX coordinates = all_coordinates(y);
+    VectorX q(n_);
+    for (Eigen::Index k = 0; k < n_; ++k) q[k] = coordinates[terms_->independent()[static_cast<std::size_t>(k)]];
+    const auto found = terms_->speed_terms(q, {sheet_.chosen_speeds.in(mechanism_), {}});
+    const auto plain = terms_->independent_terms(q);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    if (!found || !plain || found.value.independent != s.independent) return infinity;
+    MatrixX rows = found.value.rows(found.value.independent, Eigen::all);
+    for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+    const VectorX values = numerics::singular_values(rows);
+    if (values[values.size() - 1] < min_pose_regularity * values[0]) return infinity;
+    const dynamics::IndependentTerms& engine = found.value.speed_equations;
+    double M_error = 0, w_error = 0, z_error = 0, w_scale = numerics::max_abs(engine.mass);
+    const auto at = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
+    for (std::size_t i = 0; i < n; ++i) {
+      w_scale = std::max(w_scale, numerics::max_abs(engine.velocity[i]));
+      z_error = std::max(z_error, std::abs(printed_entry("z", {i}, n, s.z[i], y) - engine.static_terms.sum()[at(i)]));
+      for (std::size_t j = 0; j < n; ++j) {
+        if (j >= i)
+          M_error =
+              std::max(M_error, std::abs(printed_entry("M", {i, j}, n, s.M[i][j], y) - engine.mass(at(i), at(j))));
+        for (std::size_t k = j; k < n; ++k)
+          w_error = std::max(
+              w_error, std::abs(printed_entry("w", {i, j, k}, n, s.w[i][j][k], y) - engine.velocity[i](at(j), at(k))));
+      }
+    }
+    const double z_scale = numerics::max_abs(found.value.rates) * numerics::max_abs(plain.value.static_terms.sum());
+    return std::max({M_error / numerics::max_abs(engine.mass), w_error / w_scale, z_error / std::max(z_scale, 1e-300),
+                     max_relation_error(found.value, all, y)});
+  }
+
+  /// Of the speeds that follow from the independent ones.
+  double max_relation_error(const dynamics::SpeedTerms& engine, std::size_t count, const VectorX& y) {
+    const SpeedFormulas& s = *sheet_.speeds;
+    const double scale = numerics::max_abs(engine.transformation);
+    double error = 0, product_error = 0, product_scale = scale;
+    std::size_t row = 0;
+    for (std::size_t i = 0; i < s.names.size(); ++i) {
+      if (std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end()) continue;
+      product_scale = std::max(product_scale, numerics::max_abs(engine.acceleration[i]));
+      for (std::size_t j = 0; j < s.independent.size(); ++j) {
+        const auto r = static_cast<Eigen::Index>(i), c = static_cast<Eigen::Index>(j);
+        error =
+            std::max(error, std::abs(printed_entry("C", {i, j}, count, s.C[row][j], y) - engine.transformation(r, c)));
+        for (std::size_t k = j; k < s.independent.size(); ++k)
+          product_error = std::max(product_error, std::abs(printed_entry("c", {i, j, k}, count, s.c[row][j][k], y) -
+                                                           engine.acceleration[i](c, static_cast<Eigen::Index>(k))));
+      }
+      ++row;
+    }
+    return std::max(error / scale, product_error / product_scale);
   }
 
   MatrixX jacobian(const VectorX& y) {
@@ -380,6 +452,7 @@ class EngineComparison {
   const std::map<std::string, std::string>& texts_;
   const Mechanism mechanism_;
   InverseDynamics engine_;
+  std::optional<dynamics::EquationTerms> terms_;  ///< for chosen speeds
   std::mt19937_64 random_;
   Eigen::Index n_;
   int attempts_ = 0;  ///< to find a pose
@@ -390,7 +463,15 @@ class EngineComparison {
 }  // namespace
 
 std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const std::vector<double>& y) {
-  return evaluate_names(*sheet.ring, sheet.equations, y);
+  std::map<std::string, double> values = evaluate_names(*sheet.ring, sheet.equations, y);
+  if (!sheet.speeds) return values;
+  std::vector<double> symbols, angles;
+  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
+  for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
+  evaluate_definitions(*sheet.speeds, symbols, angles);
+  for (const FormulaDefinition& definition : sheet.speeds->definitions)
+    values[sheet.ring->symbol(definition.symbol).name] = symbols[static_cast<std::size_t>(definition.symbol)];
+  return values;
 }
 
 namespace {

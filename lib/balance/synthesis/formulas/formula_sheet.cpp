@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <stdexcept>
 
 namespace balance::formulas {
@@ -142,6 +143,7 @@ bool is_section_requested(const SheetOptions& options, SheetSectionKind section)
   using enum SheetSectionKind;
   const auto& only = options.only;
   const bool is_of_solution = section == solutions || section == balanced;
+  if (section == speeds && only.empty()) return !options.speeds.empty() && !options.solve;
   if (only.empty()) return options.solve ? is_of_solution : !is_of_solution && section != efforts;
   return std::find(only.begin(), only.end(), section) != only.end();
 }
@@ -246,6 +248,61 @@ SheetSection make_natural_section(const NaturalEquations& e) {
   return section;
 }
 
+/// @param with_tree whether other sections have the terms of the tree
+SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
+  const SpeedFormulas& s = *sheet.speeds;
+  const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
+  std::string names, dependent;
+  for (std::size_t i = 0; i < s.names.size(); ++i) {
+    const bool is_independent =
+        std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end();
+    std::string& list = is_independent ? names : dependent;
+    list += (list.empty() ? "" : ", ") + s.names[i];
+  }
+  SheetSection section{
+      SheetSectionKind::speeds,
+      "In the speeds " + names +
+          ": speed i is the sum of W_ij times the rate of coordinate j, and that rate of V_ij times speed j. The "
+          "effort "
+          "at speed i has M_ij times the derivative of speed j, w_ijk times the speeds j and k, for both orders, and "
+          "z_i" +
+          (dependent.empty() ? "" : "; " + dependent + " follow: C_ij times speed j, and c_ijk in their derivatives"),
+      {},
+      {},
+      0};
+  std::set<std::string> defined;
+  for (const FormulaDefinition& definition : s.definitions) {
+    const std::string& name = sheet.ring->symbol(definition.symbol).name;
+    defined.insert(definition.name + definition.indices);
+    if (with_tree && definition.name == "D") continue;
+    add_formula(section, {name, "", definition.numerator, definition.denominator, definition.denominator_name});
+  }
+  const auto add = [&](const char* name, std::initializer_list<std::size_t> indices, const Polynomial& value,
+                       std::size_t count) {
+    const std::string text = index_text(indices, count);
+    if (!defined.contains(name + text)) add_formula(section, {name, text, value, 1, ""});
+  };
+  for (std::size_t i = 0; i < s.W.size(); ++i)
+    for (std::size_t j = 0; j < n; ++j) add("W", {i, j}, s.W[i][j], all);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) add("V", {i, j}, s.V[i][j], n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i; j < n; ++j) add("M", {i, j}, s.M[i][j], n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = j; k < n; ++k) add("w", {i, j, k}, s.w[i][j][k], n);
+  for (std::size_t i = 0; i < n; ++i) add("z", {i}, s.z[i], n);
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < s.names.size(); ++i) {
+    if (std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end()) continue;
+    for (std::size_t j = 0; j < n; ++j) add("C", {i, j}, s.C[row][j], all);
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = j; k < n; ++k) add("c", {i, j, k}, s.c[row][j][k], all);
+    ++row;
+  }
+  return section;
+}
+
 void add_natural_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   std::string list;
   for (std::size_t k = 0; k < sheet.natural->points.size(); ++k)
@@ -326,8 +383,9 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
 }  // namespace
 
 const std::vector<std::string>& sheet_section_names() {
-  static const std::vector<std::string> names{"inertia",   "velocity", "gravity", "closures",  "solved",   "conditions",
-                                              "regressor", "natural",  "efforts", "solutions", "balanced", "reduced"};
+  static const std::vector<std::string> names{"inertia",    "velocity",  "gravity", "closures", "solved",
+                                              "conditions", "regressor", "natural", "efforts",  "solutions",
+                                              "balanced",   "reduced",   "speeds"};
   return names;
 }
 
@@ -521,6 +579,14 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     return section.section == SheetSectionKind::solved;
   });
   if (has_solved && !e.tree.is_planar) add_disc_notes(sheet);
+  if (is_section_requested(options, SheetSectionKind::speeds)) {
+    sheet.chosen_speeds = conditions::ChosenSpeeds(mechanism, options.speeds);
+    sheet.speeds = derive_speed_formulas(*sheet.ring, e, options.speeds);
+    const bool with_tree = is_section_requested(options, SheetSectionKind::inertia) &&
+                           is_section_requested(options, SheetSectionKind::velocity) &&
+                           is_section_requested(options, SheetSectionKind::gravity);
+    add(SheetSectionKind::speeds, [&] { return make_speeds_section(sheet, with_tree); });
+  }
   add_notes(mechanism, sheet);
   add_missing_notes(options, sheet);
   return sheet;

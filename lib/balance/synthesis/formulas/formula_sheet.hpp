@@ -1,9 +1,11 @@
 #pragma once
 /// All formulas of a mechanism with their names, by section.
 
+#include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
 #include "balance/synthesis/formulas/solve_request.hpp"
+#include "balance/synthesis/formulas/speed_formulas.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
 
 #include <map>
@@ -27,6 +29,7 @@ enum class SheetSectionKind {
   solutions,  ///< conditions solved for named numbers
   balanced,   ///< the equations of motion with these
   reduced,    ///< the equations of motion in the independent coordinates
+  speeds,     ///< the equations of motion in chosen speeds
 };
 
 /// "inertia", …, in the enum's order.
@@ -68,6 +71,8 @@ struct FormulaSheet {
   std::optional<SymbolicRegressor> regressor;         ///< if requested
   std::optional<NaturalEquations> natural;            ///< if requested
   std::optional<SolvedConditions> solution;           ///< if requested
+  std::optional<SpeedFormulas> speeds;                ///< if requested
+  conditions::ChosenSpeeds chosen_speeds;             ///< the speeds of `speeds`
   std::vector<int> independent;                       ///< columns of `reduced`; empty without it
   std::vector<std::pair<Polynomial, double>> pivots;  ///< divisors in steps, with their usual sizes
   std::vector<std::string> notes;
@@ -91,6 +96,7 @@ struct SheetOptions {
   std::vector<std::string> independent = {};  ///< names of coordinates; empty: a choice
   /// Of mechanisms whose conditions are not coefficients of the formulas: those with loops or constraints on speeds.
   std::vector<GoalConditions> conditions = {};
+  std::vector<model::GeneralisedSpeed> speeds = {};  ///< of the section `speeds`
 };
 
 /// @throws FormulaError for anything that has no formula

@@ -100,6 +100,15 @@ Vector MechanismSymbols::tool_point() {
   return referenced_point("tool", mechanism_.tool->body, mechanism_.tool->position);
 }
 
+Vector MechanismSymbols::body_point(int body, const std::string& name) {
+  const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
+  for (const NamedPointE& point : owner.points)
+    if (point.name == name)
+      return unnamed_point((body == model::ground ? "ground" : "bodies." + owner.name) + ".points." + name, body,
+                           point.position, name);
+  return {};
+}
+
 RingSymmetric3<Polynomial> MechanismSymbols::inertia(const MassText& text) {
   RingSymmetric3<Polynomial> J;
   for (int k = 0; k < 6; ++k) {

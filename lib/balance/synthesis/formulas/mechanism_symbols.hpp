@@ -67,6 +67,8 @@ class MechanismSymbols {
   Vector spring_point(std::size_t spring, bool first);
   /// Position of the tool on its body.
   Vector tool_point();
+  /// Position of a named point on its body.
+  Vector body_point(int body, const std::string& name);
   Mass body(int index);
   Mass attachment(int index);
   Mass disc(int index);

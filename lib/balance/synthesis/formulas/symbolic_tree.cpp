@@ -342,6 +342,7 @@ class SymbolicTreeBuilder {
     tree_.gravity = symbols_.gravity();
     tree_.inertial = symbols_.inertial();
     tree_.numbers = std::make_shared<MechanismSymbols>(symbols_);
+    tree_.bodies = bodies_;
     if (has_natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, symbols_);
     if (!mechanism_.friction.empty()) tree_.excluded_terms.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.excluded_terms.emplace_back("loads");

@@ -135,6 +135,7 @@ struct SymbolicTree {
   std::shared_ptr<MechanismSymbols> numbers;     ///< the mechanism's numbers; refers to the texts of the spec's numbers
   bool is_planar = true;
   std::vector<SymbolicFrame> frames;  ///< frame 0 is the world; parents come first
+  std::vector<FramePoint> bodies;     ///< per body of the mechanism: its origin, on a frame with the body's axes
   std::vector<JointVariable> variables;
   std::vector<std::string> columns;      ///< names of the tree's independent coordinates in formulas
   std::vector<int> coordinates;          ///< per column: coordinate of the mechanism

@@ -118,6 +118,19 @@ CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint) {
 
 double compute_zero_angle(const Joint& joint) { return elementary::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
 
+namespace {
+
+/// Along which a coordinate that is a length moves the second body, in the first body's axes.
+Complex slide_direction(const Mechanism& mechanism, CoordinateId c) {
+  const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(c)];
+  const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
+  if (joint.type != JointType::planar) return to_complex(joint.axis, 1);
+  const Complex x = to_complex(joint.axis2, 1);
+  return coordinate.index == 0 ? x : imaginary * x;
+}
+
+}  // namespace
+
 std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::vector<double>& coordinates,
                                          double length) {
   std::vector<BodyPose> poses(mechanism.bodies.size());
@@ -132,14 +145,17 @@ std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::
       if (joint.first != body && joint.second != body) continue;
       const int other = joint.first == body ? joint.second : joint.first;
       if (is_placed[static_cast<std::size_t>(other)]) continue;
-      double angle = compute_zero_angle(joint), slide = 0;
+      double angle = compute_zero_angle(joint);
+      Complex slide_point = to_complex(joint.point_first, length);
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
         const Coordinate& coordinate = mechanism.coordinates[c];
         if (coordinate.joint != static_cast<int>(j)) continue;
-        (coordinate.kind == CoordinateKind::angle ? angle : slide) += coordinates[c];
+        if (coordinate.kind == CoordinateKind::angle)
+          angle += coordinates[c];
+        else
+          slide_point += coordinates[c] / length * slide_direction(mechanism, static_cast<int>(c));
       }
-      const Complex P = to_complex(joint.point_first, length), Q = to_complex(joint.point_second, length);
-      const Complex slide_point = P + slide / length * to_complex(joint.axis, 1);
+      const Complex Q = to_complex(joint.point_second, length);
       const BodyPose& known_pose = poses[static_cast<std::size_t>(body)];
       BodyPose& other_pose = poses[static_cast<std::size_t>(other)];
       if (joint.first == body) {
@@ -272,7 +288,9 @@ class ModelBuilder {
                                     compute_zero_angle(joint);
       coordinate.offset = compute_zero_angle(joint) + round_to_turns(relative_angle - start_value);
     } else {
-      coordinate.slide = {.left = axis(joint), .right = gap(joint)};
+      coordinate.slide = {
+          .left = slide_direction(mechanism_, c) * model_.bodies[static_cast<std::size_t>(joint.first)].direction,
+          .right = gap(joint)};
     }
     model_.coordinates.push_back(coordinate);
   }

@@ -421,42 +421,59 @@ class VelocityRelationBuilder {
     }
   }
 
-  /// Gaps s u along directions that stay together, for slides that move in proportion: s = r s₀ + c.
+  /// Gaps along directions that stay together, for slides that move in proportion: s = r s₀ + c. A planar joint's gap
+  /// is the sum of two slides, those of others are one.
   void add_slide_relations() {
     struct Slide {
-      int index, body;
-      AffineForm gap;
+      int index;
       Complex axis;  ///< in the world, at the start
       double length;
     };
-    std::vector<Slide> slides;
+    struct Gap {
+      int body;
+      RowC velocity;              ///< without what slides that do not move contribute
+      std::vector<Slide> moving;  ///< its slides that move
+    };
+    std::vector<Gap> gaps;
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (mechanism_.coordinates[c].kind == CoordinateKind::angle) continue;
       const ConstraintRow& row = model_.coordinates[c].slide;
-      slides.push_back({dependencies_.coordinate(static_cast<int>(c)),
-                        mechanism_.joints[static_cast<std::size_t>(mechanism_.coordinates[c].joint)].first, row.right,
-                        row.left.at(position_), row.value(position_)});
+      const JointId joint = mechanism_.coordinates[c].joint;
+      const int body = mechanism_.joints[static_cast<std::size_t>(joint)].first;
+      const bool is_second = c > 0 && mechanism_.coordinates[c - 1].joint == joint &&
+                             mechanism_.coordinates[c - 1].kind == CoordinateKind::length;
+      if (!is_second) gaps.push_back({body, velocity(row.right), {}});
+      const Slide slide{dependencies_.coordinate(static_cast<int>(c)), row.left.at(position_), row.value(position_)};
+      if (dependencies_.is_fixed(slide.index))
+        gaps.back().velocity -= slide.length * turning_velocity(body, slide.axis);
+      else
+        gaps.back().moving.push_back(slide);
     }
-    for (std::size_t k = 0; k < slides.size(); ++k) {
-      const Slide& slide = slides[k];
-      const AffineForm direction = model_.bodies[static_cast<std::size_t>(slide.body)].direction;
-      const Complex relative_axis = slide.axis / direction.at(position_);
-      if (dependencies_.is_fixed(slide.index)) {
-        add(velocity(slide.gap) - slide.length * relative_axis * velocity(direction));
-        continue;
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
+      RowC relation = gaps[k].velocity;
+      bool has_relation = true;
+      for (const Slide& slide : gaps[k].moving) {
+        bool has_partner = false;
+        for (std::size_t j = 0; j < k && !has_partner; ++j) {
+          double ratio = 0;
+          if (gaps[j].moving.size() != 1 || !dependencies_.is_moving_with(gaps[k].body, gaps[j].body) ||
+              !dependencies_.is_proportional(slide.index, gaps[j].moving.front().index, ratio))
+            continue;
+          const Slide& other = gaps[j].moving.front();
+          relation -= ratio * slide.axis / other.axis * gaps[j].velocity +
+                      (slide.length - ratio * other.length) * turning_velocity(gaps[k].body, slide.axis);
+          has_partner = true;
+        }
+        has_relation = has_relation && has_partner;
       }
-      for (std::size_t j = 0; j < k; ++j) {
-        double ratio = 0;
-        const Slide& other = slides[j];
-        if (!dependencies_.is_moving_with(slide.body, other.body) ||
-            !dependencies_.is_proportional(slide.index, other.index, ratio))
-          continue;
-        const double offset = slide.length - ratio * other.length;
-        add(velocity(slide.gap) - ratio * slide.axis / other.axis * velocity(other.gap) -
-            offset * relative_axis * velocity(direction));
-        break;
-      }
+      if (has_relation) add(relation);
     }
+  }
+
+  /// Velocity of the tip of a unit vector that turns with a body. @param axis in the world, at the start
+  RowC turning_velocity(int body, Complex axis) const {
+    const AffineForm direction = model_.bodies[static_cast<std::size_t>(body)].direction;
+    return axis / direction.at(position_) * velocity(direction);
   }
 
   const Mechanism& mechanism_;

@@ -1,0 +1,34 @@
+#pragma once
+/// Speeds in whose derivatives the conditions of velocity terms and inertia are stated (P0 definition 2.1).
+
+#include "balance/mechanics/model/mechanism.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance::conditions {
+
+/// Points whose velocities the speeds contain follow the points of the same names when a mechanism's lengths change.
+class ChosenSpeeds {
+ public:
+  ChosenSpeeds() = default;
+  /// @param mechanism for which the speeds were read
+  ChosenSpeeds(const Mechanism& mechanism, std::vector<model::GeneralisedSpeed> speeds);
+
+  bool empty() const { return speeds_.empty(); }
+  std::size_t size() const { return speeds_.size(); }
+  /// The speeds of a mechanism that differs in its numbers.
+  std::vector<model::GeneralisedSpeed> in(const Mechanism& mechanism) const;
+  /// Coordinates whose joints must not be cut.
+  std::vector<CoordinateId> coordinates() const;
+  /// Why there are no conditions in these speeds; empty if there are.
+  std::string mismatch_reason() const;
+  /// Whether factors contain parameters, which do not follow a change of the mechanism's numbers.
+  bool has_parameters() const;
+
+ private:
+  std::vector<model::GeneralisedSpeed> speeds_;
+  std::vector<std::vector<int>> points_;  ///< per term: index of a named point of its body; −1: none
+};
+
+}  // namespace balance::conditions

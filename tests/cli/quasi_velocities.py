@@ -1,0 +1,331 @@
+"""Quasi-velocities: of the centre of mass, with factors that depend on the pose, redundant sets; as formulas, in conditions, in control."""
+
+import json
+import math
+import os
+import unittest
+
+import h5py
+import numpy as np
+
+from _formulas import parse
+from _program import CONFIGS, Case, run
+
+FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
+
+ARM = """
+space: planar
+gravity: [0, -9.81]
+parameters: {l1: 0.5, l2: 0.4}
+ground: {points: {O: [0, 0]}}
+bodies:
+  a: {mass: 2, com: [0.2, 0.03], inertia: 0.03, points: {A: [0, 0], B: [l1, 0]}}
+  b: {mass: 1, com: [0.15, 0], inertia: 0.01, points: {B: [0, 0], H: [l2, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.O, a.A]}
+  B: {type: revolute, connects: [a.B, b.B]}
+springs: {s: {joint: B, stiffness: 3}}
+actuators: [A, B]
+tool: b.H
+motion: {duration: 1, samples: 201, from: {joints: {A: 0.3, B: 0.9}}, to: {joints: {A: 1, B: 1.4}}}
+trajectories: {go: {law: cycloidal, drive: joints}}
+"""
+
+PLATE = """
+space: planar
+gravity: [0, 0]
+parameters: {h: 0.2, k: 0.1}
+ground: {points: {O: [0, 0]}}
+bodies:
+  plate: {mass: 2, com: [0.12, -0.05], inertia: 0.03, points: {C: [0, 0], H: [h, k]}}
+joints:
+  P: {type: planar, connects: [ground.O, plate.C]}
+actuators: [P.x, P.y, P.angle]
+tool: plate.H
+"""
+
+# An arm in space: a turntable, a shoulder and a slide.
+SPATIAL = """
+space: spatial
+gravity: [0, 0, -9.81]
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  table: {mass: 2, com: [0.02, 0.01, 0.1], inertia: [0.02, 0.03, 0.04], points: {O: [0, 0, 0], S: [0.05, 0, 0.3]}}
+  arm: {mass: 1, com: [0.2, 0, 0.01], inertia: [0.004, 0.03, 0.03], points: {S: [0, 0, 0], E: [0.3, 0, 0]}}
+  rod: {mass: 0.5, com: [0.1, 0, 0], inertia: [0.001, 0.01, 0.01], points: {E: [0, 0, 0], H: [0.2, 0.01, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.O, table.O]}
+  B: {type: revolute, connects: [table.S, arm.S], axis: [0, 1, 0]}
+  S: {type: prismatic, connects: [arm.E, rod.E], axis: [1, 0, 0]}
+actuators: [A, B, S]
+tool: rod.H
+"""
+
+
+def forms(matrices, speeds):
+    return np.einsum("krs,r,s->k", np.array(matrices), speeds, speeds)
+
+
+class QuasiVelocities(Case):
+    def at(self, spec, pose, *call):
+        done = run("equations", spec, "--at", pose, "--only", "inertia,velocity,gravity", "--json", *call)
+        self.assert_quiet_success(done)
+        return json.loads(done.stdout)
+
+    def close(self, found, expected, scale=1):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * scale)
+
+    def refused(self, code, words, *call):
+        done = run(*call)
+        self.assertEqual((done.returncode, done.stdout), (code, ""), done.stdout + done.stderr)
+        self.assertIn(words, done.stderr)
+
+    def test_at_a_pose_by_differences(self):
+        """w = V^T (D q' q' - M V W' q') with W' by differences of fourth order."""
+        arm, spatial = self.write("arm.yaml", ARM), self.write("spatial.yaml", SPATIAL)
+        cases = [(arm, "AB", (0.3, 0.9), "x: com.x, y: com.y"),
+                 (arm, "AB", (0.3, 0.9), 'p: {A: "0.5*cos(A + 2*B)", B: 0.12}, r: {B: "1 + sin(A)^2", tool.x: 2}'),
+                 (spatial, "ABS", (0.4, 0.5, 0.1), "x: com.x, y: com.y, z: com.z"),
+                 (spatial, "ABS", (0.4, 0.5, 0.1), 'a: {A: "(0.3 + S)*cos(B)"}, b: {B: "0.3 + S"}, s: S'),
+                 (FIVE_BAR, ("A1", "A2"), None, "x: com.x, y: com.y")]
+        for spec, names, q, speeds in cases:
+            def told(values, names=names, spec=spec, speeds=speeds):
+                return self.at(spec, ",".join(f"{n}={v!r}" for n, v in zip(names, values)), "--speeds", speeds)
+            start = told(q) if q else self.at(spec, "start", "--speeds", speeds)
+            q, own = np.array(start["q"]), start["in_speeds"]
+            W, V = np.array(own["rows"]), np.array(own["rates"])
+            self.close(W @ V, np.eye(len(V)), np.abs(V).max())
+            self.close(V.T @ start["M"] @ V, own["M"], np.abs(own["M"]).max())
+            for sigma in np.vstack([np.eye(len(V)), np.linspace(0.7, -1.1, len(V))]):
+                rates = V @ sigma
+                h = 1e-3 / np.linalg.norm(rates)
+                rows = [np.array(told(q + k * h * rates)["in_speeds"]["rows"]) for k in (-2, -1, 1, 2)]
+                W_rate = (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * h)
+                expected = V.T @ (forms(start["D"], rates) - np.array(start["M"]) @ V @ W_rate @ rates)
+                np.testing.assert_allclose(forms(own["D"], sigma), expected, rtol=1e-7, atol=1e-8 * max(1e-3, np.abs(expected).max()))
+
+    def test_speeds_of_a_spec_may_have_parameters(self):
+        spec = self.write("p.yaml", ARM + 'speeds: {p: {A: "l1*cos(A + 2*B)", B: "0.3*l2"}, r: B}\n')
+        found = self.at(spec, "A=0.3,B=0.9")["in_speeds"]
+        self.close(found["rows"], [[0.5 * math.cos(2.1), 0.12], [0, 1]])
+        formulas, _ = self.sheet(spec, "--only", "speeds")
+        self.assertIn("W11", formulas)
+
+    def test_the_centre_of_mass_of_the_arm(self):
+        found = self.at(self.write("arm.yaml", ARM), "A=0.3,B=0.9", "--speeds", "x: com.x, y: com.y")["in_speeds"]
+        a, b = 0.3, 1.2
+        first = np.array([-0.2 * math.sin(a) - 0.03 * math.cos(a), 0.2 * math.cos(a) - 0.03 * math.sin(a)])
+        elbow, second = 0.5 * np.array([-math.sin(a), math.cos(a)]), 0.15 * np.array([-math.sin(b), math.cos(b)])
+        self.close(found["rows"], np.stack([(2 * first + elbow + second) / 3, second / 3], 1))
+
+    def test_a_redundant_set(self):
+        """The quasi-velocities of P0 eq. 68; C is that of eq. 74 and A C = 0."""
+        speeds = ("R1: A, R2: B, v1x: a.com.x, v1y: a.com.y, w1: a.angle, v2x: b.com.x, v2y: b.com.y, w2: b.angle")
+        arm = self.write("arm.yaml", ARM.replace("[0.2, 0.03]", "[0.2, 0]"))
+        told = self.at(arm, "A=0.3,B=0.9", "--speeds", speeds)
+        own = told["in_speeds"]
+        self.assertEqual(own["independent"], ["R1", "R2"])
+        self.close(own["M"], told["M"])
+        self.close(own["D"], told["D"])
+        a, b, g1, g2 = 0.3, 1.2, 0.4, 0.375
+        p2 = 0.5 * np.array([math.cos(a), math.sin(a)])
+        p3 = p2 + 0.4 * np.array([math.cos(b), math.sin(b)])
+        expected = [[1, 0], [0, 1], [-g1 * p2[1], 0], [g1 * p2[0], 0], [1, 0],
+                    [(g2 - 1) * p2[1] - g2 * p3[1], g2 * (p2[1] - p3[1])],
+                    [-(g2 - 1) * p2[0] + g2 * p3[0], g2 * (p3[0] - p2[0])], [1, 1]]
+        self.close(own["C"], expected)
+        self.assertEqual(np.array(own["A"]).shape, (6, 8))
+        self.close(np.array(own["A"]) @ np.array(own["C"]), np.zeros((6, 2)))
+        # p' = C s' + c(s, s): by differences of C along the motion
+        s, h = np.array([0.7, -1.1]), 1e-3
+        C = [np.array(self.at(arm, f"A={0.3 + k * h * s[0]!r},B={0.9 + k * h * s[1]!r}", "--speeds", speeds)["in_speeds"]["C"])
+             for k in (-2, -1, 1, 2)]
+        rate = (C[0] - 8 * C[1] + 8 * C[2] - C[3]) / (12 * h) @ s
+        np.testing.assert_allclose(forms(own["c"], s), rate, rtol=0, atol=1e-9)
+        # with the platform's point first, its velocities are the independent ones
+        other = self.at(arm, "A=0.3,B=0.9", "--speeds", "x: tool.x, again: {tool.x: 2}, y: tool.y, w: A")["in_speeds"]
+        self.assertEqual(other["independent"], ["x", "y"])
+        self.close(np.array(other["C"])[1], [2, 0])
+        text = run("equations", arm, "--at", "A=0.3,B=0.9", "--speeds", speeds).stdout
+        self.assertIn("in the speeds R1, R2, the first of R1, R2, v1x", text)
+        self.assertIn("C: all speeds per independent speed (P0 eq. 16)", text)
+
+    def sheet(self, spec, *call):
+        done = run("equations", spec, "--json", *call)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        told = json.loads(done.stdout)
+        return {f["name"]: f["formula"] for s in told["sections"] for f in s["formulas"] if f.get("name")}, told
+
+    @staticmethod
+    def evaluated(formulas, values):
+        """Values of formulas in their order, each of which may contain those before it; what is unknown is 0.4."""
+        known = dict(values)
+        for name, text in formulas.items():
+            expression = parse(text)
+            known[name] = float(expression.subs({s: known.get(s.name, 0.4) for s in expression.free_symbols}))
+        return known
+
+    def test_formulas_of_the_plate_in_its_own_axes(self):
+        """Euler: F_u = m (u' - v r) - m b r' - m a r^2 and so on, with the centre of mass at (a, b)."""
+        formulas, told = self.sheet(self.write("plate.yaml", PLATE), "--only", "speeds", "--speeds", "u: plate.C.u, v: plate.C.v, r: P.angle")
+        self.assertEqual((formulas["M11"], formulas["M22"]), ("m1", "m1"))
+        found = self.evaluated(formulas, dict(told["symbols"]))
+        self.assertAlmostEqual(found["M13"], 2 * 0.05, delta=1e-14)
+        self.assertAlmostEqual(found["M23"], 2 * 0.12, delta=1e-14)
+        self.assertAlmostEqual(found["w123"], -2 / 2, delta=1e-14)   # -m v r, half for each order
+        self.assertAlmostEqual(found["w133"], -2 * 0.12, delta=1e-14)
+        self.assertAlmostEqual(found["w213"], 2 / 2, delta=1e-14)
+        self.assertAlmostEqual(found["w233"], 2 * 0.05, delta=1e-14)
+
+    def test_formulas_are_those_of_the_engine_at_poses(self):
+        """Each sheet has been compared by the program; here two are evaluated and compared with the matrices at a pose."""
+        cases = [(ARM, "AB", (0.3, 0.9), "x: tool.x, y: tool.y"),
+                 (ARM, "AB", (0.3, 0.9), "x: com.x, y: com.y"),
+                 (ARM, "AB", (0.3, 0.9), 'p: {A: "cos(A + 2*B)", B: 1}, w: {A: 1, B: 1}'),
+                 (ARM, "AB", (0.3, 0.9), "u: tool.u, v: tool.v, w: b.angle, x: tool.x"),
+                 (SPATIAL, "ABS", (0.4, 0.5, 0.1), "a: A, b: {B: \"0.3 + S\"}, s: S")]
+        for text, names, q, speeds in cases:
+            spec = self.write("s.yaml", text)
+            formulas, told = self.sheet(spec, "--only", "speeds", "--all", "--speeds", speeds)
+            self.assertLess(told["checked"]["error"], 1e-9)
+            own = self.at(spec, ",".join(f"{n}={v}" for n, v in zip(names, q)), "--speeds", speeds)["in_speeds"]
+            values = dict(told["symbols"])
+            for name, value in zip(names, q):
+                values[name] = value
+            found = self.evaluated(formulas, values)
+            n = len(names)
+            for i in range(n):
+                self.assertAlmostEqual(found.get(f"z{i + 1}", 0), own["z"]["sum"][i], delta=1e-9)
+                for j in range(i, n):
+                    self.assertAlmostEqual(found.get(f"M{i + 1}{j + 1}", 0), own["M"][i][j], delta=1e-9)
+                    for k in range(n):
+                        name = f"w{k + 1}{i + 1}{j + 1}"
+                        self.assertAlmostEqual(found.get(name, 0), own["D"][k][i][j], delta=1e-9, msg=name)
+
+    def test_conditions_in_speeds(self):
+        """Efforts along x, y and about C, in the derivatives of H's speeds: no velocity terms if the mass is centred at H."""
+        plate = self.write("plate.yaml", PLATE)
+
+        def conditions(*call):
+            done = run("conditions", plate, "--json", *call)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(done.stdout)
+            return [c["text"] for c in told["conditions"]], told
+        own, _ = conditions("--goal", "gyroscopic-independent")
+        self.assertEqual(sorted(own), ["plate.mx = 0", "plate.my = 0"])
+        of_h, told = conditions("--goal", "gyroscopic", "--speeds", "x: tool.x, y: tool.y, w: P.angle")
+        self.assertEqual(sorted(of_h), ["-h plate.m + plate.mx = 0", "-k plate.m + plate.my = 0"])
+        self.assertTrue(any("derivatives of x, y, w" in note for note in told["notes"]))
+        self.assertTrue(any("written in the derivatives of x, y, w" in meaning for meaning in told["meaning"]))
+        # in axes that turn with the body, products of speeds remain whatever the masses are
+        turning, _ = conditions("--goal", "gyroscopic", "--speeds", "u: plate.C.u, v: plate.C.v, w: P.angle")
+        self.assertIn("plate.m = 0", turning)
+        # a mechanism that meets them has none of the terms at any pose
+        met = self.write("met.yaml", PLATE.replace("[0.12, -0.05]", "[h, k]"))
+        for pose in ("P.x=0,P.y=1,P.angle=0.3", "P.x=2,P.y=1,P.angle=2"):
+            found = self.at(met, pose, "--speeds", "x: tool.x, y: tool.y, w: P.angle")["in_speeds"]
+            self.close(found["D"], np.zeros((3, 3, 3)))
+        self.refused(4, "depends on the masses", "conditions", plate, "--goal", "gyroscopic", "--speeds", "x: com.x, y: com.y, w: P.angle")
+        self.refused(4, "fewer than the degrees of freedom", "conditions", plate, "--goal", "gyroscopic", "--speeds", "x: tool.x")
+        self.refused(2, "--strategy modular", "conditions", plate, "--goal", "static", "--strategy", "modular", "--speeds", "x: tool.x")
+
+    def test_as_many_conditions_as_differences_of_the_terms(self):
+        """The terms of u = M p' + D p p + z' are linear in the masses: their differences when one changes are the rows."""
+        def spec(p):
+            m1, x1, y1, j1, m2, x2, y2, j2 = p
+            body = "{{mass: {}, com: [{}, {}], inertia: {{about: origin, value: {}}}, points: {}}}"
+            return self.write("rank.yaml", ARM.split("ground:")[0] + "ground: {points: {O: [0, 0]}}\nbodies:\n  a: " +
+                              body.format(m1, x1 / m1, y1 / m1, j1, "{A: [0, 0], B: [0.5, 0.1]}") + "\n  b: " +
+                              body.format(m2, x2 / m2, y2 / m2, j2, "{B: [0, 0], H: [0.4, 0.05]}") +
+                              "\njoints:" + ARM.split("joints:")[1].split("springs:")[0] + "actuators: [A, B]\ntool: b.H\n")
+
+        def terms(p, pose, speeds):
+            own = self.at(spec(p), pose, "--speeds", speeds, "--only", "inertia,velocity,gravity")["in_speeds"]
+            inverse = np.linalg.inv(own["input"])
+            return [inverse @ np.array(own["M"]), np.einsum("ki,irs->krs", inverse, np.array(own["D"])), inverse @ np.array(own["z"]["sum"])]
+
+        base = np.array([2, 0.4, 0.1, 0.5, 1, 0.15, 0.02, 0.3])
+        for goal, speeds in (("decoupled", "x: tool.x, y: tool.y"), ("fully-gyroscopic", "f: A, s: {A: 1, B: 1}"),
+                             ("gyroscopic", 'p: {A: "2 + cos(B)"}, r: B')):
+            rows, first = [], None
+            for pose in ("A=0.3,B=0.9", "A=-1.1,B=1.7", "A=1.9,B=0.5", "A=0.8,B=2.2", "A=-0.4,B=1.2"):
+                start, columns = terms(base, pose, speeds), []
+                for k in range(8):
+                    changed = np.where(np.arange(8) == k, 1.1 * base, base)
+                    columns.append([(a - b) / (changed[k] - base[k]) for a, b in zip(terms(changed, pose, speeds), start)])
+                M = np.array([c[0] for c in columns])
+                rows += [np.array([c[2] for c in columns]).T, np.array([c[1] for c in columns]).reshape(8, -1).T]
+                if goal == "decoupled":
+                    rows.append(np.stack([M[:, 0, 1], M[:, 1, 0]]))
+                if goal.startswith("fully"):
+                    first = M if first is None else first
+                    rows.append((M - first).reshape(8, -1).T)
+            singular = np.linalg.svd(np.vstack(rows))[1]
+            done = run("conditions", spec(base), "--goal", goal, "--speeds", speeds, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(json.loads(done.stdout)["rank"], np.sum(singular > 1e-6 * singular[0]), (goal, speeds))
+
+    def test_decoupled_in_speeds(self):
+        """Absolute angles of an arm with both motors on the base: decoupled when the second centre of mass is in its joint."""
+        done = run("conditions", self.write("arm.yaml", ARM.replace("gravity: [0, -9.81]", "gravity: [0, 0]").replace("springs: {s: {joint: B, stiffness: 3}}\n", "")),
+                   "--goal", "gyroscopic", "--speeds", "f: A, s: {A: 1, B: 1}", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sorted(c["text"] for c in json.loads(done.stdout)["conditions"]), ["b.mx = 0", "b.my = 0"])
+
+    def test_control_in_the_tools_speeds(self):
+        """The tool's error decays as e'' + K_d e' + K_p e = 0 does, in every direction by itself."""
+        text = ARM + ("controllers: {tip: {type: computed-torque, rate: 20000, kp: [400, 100], kd: {x: 40, y: 20}, speeds: {x: tool.x, y: tool.y}, "
+                      "initial_error: {tool: [0.01, -0.02]}}}\n")
+        file = self.path("c.h5")
+        done = run("control", self.write("arm.yaml", text), "--controller", "tip", "-o", file)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with h5py.File(file, "r") as results:
+            found = {}
+            results.visititems(lambda name, node: found.__setitem__(name.split("/")[-1], np.array(node)))
+        t, e = found["time"], found["tool_error"]
+        for axis, rate in ((0, 20), (1, 10)):
+            np.testing.assert_allclose(e[:, axis], e[0, axis] * (1 + rate * t) * np.exp(-rate * t), rtol=0, atol=3e-5)
+        self.assertGreater(np.abs(e[0]).min(), 5e-3)
+
+    def test_control_of_other_quantities(self):
+        for speeds in ("{x: com.x, y: com.y}", "{r: b.angle, y: tool.y}", "{s: {A: 1, B: 1}, d: {A: 1, B: -1}}"):
+            text = ARM + f"controllers: {{c: {{type: computed-torque, speeds: {speeds}}}}}\n"
+            file = self.path("c.h5")
+            done = run("control", self.write("arm.yaml", text), "--controller", "c", "-o", file, "--force")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with h5py.File(file, "r") as results:
+                worst = []
+                results.visititems(lambda name, node: worst.append(np.abs(node[:]).max()) if name.endswith("tracking_error") else None)
+            self.assertLess(worst[0], 1e-3, speeds)
+
+    def test_what_has_no_meaning_in_control_is_refused(self):
+        for speeds, words in (("{u: tool.u, v: tool.v}", "axes that turn with a body"), ('{p: {A: "cos(A)"}, q: B}', "depend on the pose"), ("{}", "at least one speed")):
+            text = ARM + f"controllers: {{c: {{type: computed-torque, speeds: {speeds}}}}}\n"
+            self.refused(3, words, "check", self.write("bad.yaml", text))
+        text = ARM + "controllers: {c: {type: pd, speeds: {x: tool.x, y: tool.y}}}\n"
+        self.refused(3, "no 'speeds' with 'type: pd'", "check", self.write("pd.yaml", text))
+        text = ARM + "controllers: {c: {type: computed-torque, speeds: {x: tool.x}}}\n"
+        done = run("control", self.write("few.yaml", text), "--controller", "c")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("1 speeds for 2 degrees of freedom", done.stderr)
+        with open(os.path.join(CONFIGS, "rolling-cart.yaml")) as file:
+            cart = file.read()
+        rolling = self.write("rolling.yaml", cart + "\ncontrollers: {c: {type: computed-torque, speeds: {x: tool.x, y: tool.y}}}\n")
+        done = run("control", rolling, "--controller", "c")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("rates are constrained and positions are not", done.stderr)
+
+    def test_what_cannot_be_is_refused(self):
+        arm = self.write("arm.yaml", ARM)
+        self.refused(2, "com.x or com.y", "equations", arm, "--at", "A=0.3,B=0.9", "--speeds", "x: com.u, y: com.y")
+        self.refused(2, "there is no parameter or variable 'Q'", "equations", arm, "--at", "A=0.3,B=0.9", "--speeds", 'x: {A: "cos(A)*Q"}, y: B')
+        self.refused(3, "centre of mass", "check", self.write("c.yaml", ARM + "constraints: {c: com.x}\n"))
+        self.refused(3, "does not depend on the pose", "check", self.write("d.yaml", ARM + 'constraints: {c: {A: "cos(A)"}}\n'))
+        self.refused(2, "needs --speeds", "equations", arm, "--only", "speeds")
+        done = run("equations", FIVE_BAR, "--only", "speeds", "--speeds", "x: tool.x, y: tool.y")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("without loops", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
