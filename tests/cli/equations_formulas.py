@@ -14,6 +14,7 @@ from _program import CONFIGS, Case, run, unwrapped
 ARM = os.path.join(CONFIGS, "planar-rrr.yaml")
 SPATIAL = os.path.join(CONFIGS, "spatial-rrr.yaml")
 FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
+RCCC = os.path.join(CONFIGS, "rccc.yaml")
 PRESS = os.path.join(CONFIGS, "spring-press.yaml")  # springs and a loop
 COIN = os.path.join(CONFIGS, "rolling-on-a-plane.yaml")
 SPRING = os.path.join(CONFIGS, "spring-balancer-two-link.yaml")
@@ -117,7 +118,7 @@ discs:
         self.assertAlmostEqual(float(value["D33"]), 0.0715, places=12)
 
     def test_what_has_no_formula_says_so(self):
-        done = run("equations", FIVE_BAR, "--independent", "A1")
+        done = run("equations", RCCC, "--only", "natural")
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("no formulas", done.stderr)
         self.assertEqual(done.stdout, "")

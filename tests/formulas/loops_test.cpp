@@ -54,7 +54,8 @@ TEST_CASE("P1 eq. 24, 35, 45: the rows that discs add to C") {
     return evaluate_names(s.sheet, {0, 0, 0}).at(name);
   };
   const double t2 = 0.7, t3 = -0.4;
-  const VectorX q = (VectorX(3) << 0.3, t2, t3).finished();
+  VectorX q(3);
+  q << 0.3, t2, t3;
   const SheetOptions only{{SheetSectionKind::solved}};
 
   const Sheets planar = sheets("planar-rrr-belts.yaml", {}, only), spatial = sheets("spatial-rrr.yaml", {}, only),
@@ -85,7 +86,9 @@ TEST_CASE("P0 eq. 78-81: a particle on massless carriers has M = diag(m, m), no 
   const Study study = read_spec_file(BALANCE_CONFIGS "/poses/particle.yaml");
   const double m = 2, g = 9.81;
   dynamics::EquationTerms terms(study.mechanism);
-  const auto found = terms.independent_terms((VectorX(2) << 0.3, -0.8).finished());
+  VectorX q(2);
+  q << 0.3, -0.8;
+  const auto found = terms.independent_terms(q);
   REQUIRE(found);
   CHECK(found.value.mass == MatrixX(m * MatrixX::Identity(2, 2)));
   for (const MatrixX& form : found.value.velocity) CHECK(form.isZero(0));

@@ -4,6 +4,7 @@
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/symbolic_conditions.hpp"
 
 #include <fmt/format.h>
@@ -236,6 +237,8 @@ DerivedFormulas derive_formulas(const FormulaRequest& request, const std::string
   const FormulaDerivation derivation(request, text, file, read);
   try {
     return derivation.run();
+  } catch (const formulas::IndependentCoordinatesError& error) {
+    throw FormulaRequestError(request.prefix + "independent: " + error.what());
   } catch (const formulas::FormulaError& error) {
     DerivedFormulas none;
     none.refusal = failure_of(error);
@@ -254,6 +257,8 @@ GeneratedProgram generate_program_of(const FormulaRequest& request, formulas::La
   try {
     program.code = formulas::generate_program(study.mechanism, derivation.source().texts, language, nullptr,
                                               {coordinates, request.independent, simulation::start_coordinates(study)});
+  } catch (const formulas::IndependentCoordinatesError& error) {
+    throw FormulaRequestError(request.prefix + "independent: " + error.what());
   } catch (const formulas::FormulaError& error) {
     program.refusal = failure_of(error);
   }

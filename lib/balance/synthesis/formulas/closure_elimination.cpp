@@ -192,10 +192,11 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
     choice.independent.push_back(static_cast<int>(c));
     if (!std::all_of(jacobians.begin(), jacobians.end(), determines_more)) choice.independent.pop_back();
   }
-  if (choice.independent.size() != static_cast<std::size_t>(columns - rank) ||
-      (!names.empty() && names.size() != choice.independent.size()))
-    throw FormulaError("the independent coordinates do not determine the motion, which has " +
-                       std::to_string(columns - rank) + " freedoms");
+  const auto freedoms = static_cast<std::size_t>(columns - rank);
+  if (!names.empty() && (names.size() != freedoms || choice.independent.size() != freedoms))
+    throw IndependentCoordinatesError("these coordinates do not determine the motion, which has " +
+                                      std::to_string(freedoms) + (freedoms == 1 ? " freedom" : " freedoms"));
+  if (choice.independent.size() != freedoms) throw FormulaError("no coordinates determine the motion");
   std::sort(choice.independent.begin(), choice.independent.end());
   for (std::size_t c = 0; c < tree.columns.size(); ++c)
     if (!std::binary_search(choice.independent.begin(), choice.independent.end(), static_cast<int>(c)))
@@ -217,7 +218,8 @@ ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mech
   ClosureChoice choice;
   for (std::size_t c = 0; c < e.tree.columns.size(); ++c) choice.independent.push_back(static_cast<int>(c));
   if (!names.empty() && names.size() != choice.independent.size())
-    throw FormulaError("the mechanism has " + std::to_string(choice.independent.size()) + " independent coordinates");
+    throw IndependentCoordinatesError("the mechanism has no loops: all its " +
+                                      std::to_string(choice.independent.size()) + " coordinates are independent");
   return choice;
 }
 
@@ -480,8 +482,8 @@ class ClosureElimination::Implementation {
     const std::size_t size = A.size();
     MatrixX quality = relative_sizes(A, s, samples_.size());
     // other poses may be of another assembly mode, where other entries are large
-    if (quality.maxCoeff() < rank_threshold) quality = relative_sizes(A, s, 1);
-    const double best = quality.maxCoeff();
+    if (numerics::max_abs(quality) < rank_threshold) quality = relative_sizes(A, s, 1);
+    const double best = numerics::max_abs(quality);
     if (best < rank_threshold) throw FormulaError("the closures are singular");
     const auto at = [&](std::size_t r, std::size_t c) {
       return quality(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));

@@ -12,6 +12,11 @@
 
 namespace balance::formulas {
 
+/// Coordinates that were named as independent are not.
+struct IndependentCoordinatesError : FormulaError {
+  using FormulaError::FormulaError;
+};
+
 /// What the loops leave free at generic poses.
 struct ClosureChoice {
   std::vector<int> independent;        ///< columns, ascending
@@ -24,7 +29,8 @@ struct ClosureChoice {
 /// far as they determine the motion.
 /// @param names of coordinates; empty: a choice
 /// @param jacobians of the closures at the poses
-/// @throws FormulaError if there are no poses, or the named coordinates do not determine the motion
+/// @throws FormulaError if there are no poses; IndependentCoordinatesError if the named coordinates do not determine the
+/// motion, or are too many
 ClosureChoice choose_independent_columns(const Mechanism& mechanism, const SymbolicTree& tree,
                                          const std::vector<std::string>& names, std::vector<VectorX> poses,
                                          std::vector<MatrixX> jacobians);

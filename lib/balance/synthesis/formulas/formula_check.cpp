@@ -59,7 +59,7 @@ namespace {
 
 /// Round-off of thousands of terms is far below this, a wrong term far above.
 constexpr double check_tolerance = 1e-9;
-constexpr int max_pose_attempts = 60;
+constexpr int max_pose_attempts = 60, attempts_per_offset = 15;
 /// Number of states with other numbers, and of poses tried with each draw of these.
 constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
 /// Redundant closures depend on the others only up to the round-off of the pose.
@@ -136,6 +136,7 @@ class EngineComparison {
     mechanism.constraints.clear();
     for (Joint& joint : mechanism.joints) joint.slips = true;
     const InverseDynamics chosen(mechanism, engine_options(sheet, mechanism));
+    mechanism.torque_distribution.reset();
     mechanism.actuators.clear();  // efforts along the independent coordinates themselves
     for (const std::string& name : chosen.independent())
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
@@ -375,7 +376,8 @@ class EngineComparison {
   /// Draws a random pose. With loops, it starts near the spec's rough values and moves to where the loops close.
   bool find_pose(VectorX& y) {
     const SymbolicEquations& e = sheet_.equations;
-    y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
+    // loops of which few poses close are tried nearer and nearer to the rough values
+    y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + attempts_++ / attempts_per_offset));
     if (!e.closure.empty()) y += rough_pose(mechanism_, e);
     return close_loops(*sheet_.ring, e, y);
   }
@@ -453,6 +455,7 @@ class EngineComparison {
   std::optional<dynamics::EquationTerms> terms_;  ///< for chosen speeds
   std::mt19937_64 random_;
   Eigen::Index n_;
+  int attempts_ = 0;  ///< to find a pose
   Values values_;
   VectorX closed_coordinates_;  ///< the engine's coordinates; empty without loops
 };

@@ -23,7 +23,7 @@ struct LoopProgram {
   std::vector<double> start;                        ///< per column, with the loops closed
   std::vector<std::string> motors;                  ///< names of what drives it
   /// Per motor, the index of its coordinate among the independent ones. Empty: the torques are those of least norm of
-  /// `force_units` times each; also if there are fewer motors than freedoms and no torques of theirs.
+  /// `force_units` times each.
   std::vector<std::size_t> direct;
   std::vector<double> force_units;
 };

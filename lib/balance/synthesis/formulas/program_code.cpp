@@ -2,6 +2,7 @@
 
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/model/topology.hpp"
+#include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/formula_parser.hpp"
@@ -520,6 +521,7 @@ Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree, const std:
   for (Spring& spring : mechanism.springs)
     if (spring.is_joint_spring()) spring.coordinate = coordinate_id(spring.coordinate);
   mechanism.actuators.clear();
+  mechanism.torque_distribution.reset();
   for (const int c : tree.coordinates) mechanism.actuators.push_back(coordinate_id(c));
   return mechanism;
 }
@@ -636,6 +638,7 @@ Mechanism remove_unmodelled_forces(Mechanism mechanism) {
 /// The same with an actuator at each independent coordinate.
 Mechanism drive_independent(Mechanism mechanism, const SymbolicTree& tree, const LoopProgram& program) {
   mechanism.actuators.clear();
+  mechanism.torque_distribution.reset();
   for (const std::size_t column : program.independent) mechanism.actuators.emplace_back(tree.coordinates[column]);
   return mechanism;
 }
@@ -728,6 +731,14 @@ VectorX choose_start(const std::vector<VectorX>& poses, LoopProgramRunner& runne
   return poses[best];
 }
 
+/// Whether the program gives the torques of motors at the independent coordinates: the mechanism's own are too few, or
+/// their torques are no linear function of these.
+bool drives_independent_coordinates(const Mechanism& mechanism, const LoopProgram& program) {
+  const std::size_t freedoms = program.independent.size();
+  return mechanism.actuators.size() < freedoms ||
+         (mechanism.actuators.size() > freedoms && !model::has_linear_efforts(mechanism));
+}
+
 /// What drives the mechanism: motors at the independent coordinates, motors whose torques are solved for, or, if these
 /// are too few, the independent coordinates themselves.
 void add_motors(const Mechanism& mechanism, const SymbolicTree& tree, LoopProgram& program) {
@@ -739,7 +750,9 @@ void add_motors(const Mechanism& mechanism, const SymbolicTree& tree, LoopProgra
       if (tree.coordinates[program.independent[u]] == actuator) direct.push_back(u);
   }
   const std::size_t freedoms = program.independent.size();
-  if (program.motors.size() < freedoms) {
+  if (mechanism.torque_distribution && model::has_linear_efforts(mechanism))
+    program.force_units = model::scale_distribution(mechanism, program.length).unit;
+  if (drives_independent_coordinates(mechanism, program)) {
     program.motors.clear(), direct.clear();
     for (std::size_t u = 0; u < freedoms; ++u) {
       direct.push_back(u);
@@ -783,12 +796,16 @@ SelfTestStates make_loop_states(const Mechanism& mechanism, const SymbolicTree& 
                                 const LoopProgram& program) {
   SelfTestStates states;
   if (program.has_all_coordinates) states.meaning = "The coordinates must close the loops. ";
-  if (mechanism.actuators.size() < program.independent.size())
-    states.meaning += "The actuators are too few: these are the torques of motors at the independent coordinates. ";
+  const bool has_own_motors = drives_independent_coordinates(mechanism, program);
+  if (has_own_motors)
+    states.meaning +=
+        mechanism.actuators.size() < program.independent.size()
+            ? "The actuators are too few: these are the torques of motors at the independent coordinates. "
+            : "The spec distributes efforts within bounds or by their peak: these are the torques of "
+              "motors at the independent coordinates. ";
   states.meaning += "The test's torques are those of the program balance.";
   Mechanism modelled = remove_unmodelled_forces(mechanism);
-  if (mechanism.actuators.size() < program.independent.size())
-    modelled = drive_independent(std::move(modelled), tree, program);
+  if (has_own_motors) modelled = drive_independent(std::move(modelled), tree, program);
   LoopInverseDynamics engine(modelled, tree, program);
   LoopProgramRunner runner(straight_line, program);
   std::mt19937_64 random(1);
