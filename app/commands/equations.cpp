@@ -4,19 +4,15 @@
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/reports/equations_sections.hpp"
-#include "balance/interface/reports/formulas_sections.hpp"
+#include "balance/interface/reports/formula_request.hpp"
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/text_file.hpp"
-#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
-#include "balance/synthesis/formulas/formula_sheet.hpp"
-#include "balance/synthesis/formulas/program_code.hpp"
-#include "balance/synthesis/formulas/symbolic_conditions.hpp"
 #include "balance_options.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
@@ -30,7 +26,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -50,7 +45,8 @@ struct EquationsOptions : StateOptions {
   bool latex = false, force = false, compress = false;
 
   // of formulas only
-  std::string code;  ///< `c` or `python`; empty: none
+  std::string code;         ///< `c` or `python`; empty: none
+  std::string coordinates;  ///< of a program of a mechanism with loops: `independent` or `all`; empty: the first
   bool expand = false, numbers = false, all = false;
   std::vector<std::string> collect;  ///< symbols by whose powers sums are grouped
   std::vector<std::string> solve;    ///< numbers for which the conditions of `goal` are solved
@@ -78,6 +74,8 @@ struct FormulaOptions {
   SpecOptions spec;
   std::vector<std::string> only;
   std::string code;  ///< `c` or `python`; empty: formulas
+  std::string coordinates;
+  std::vector<std::string> independent;
   bool latex = false, numbers = false, expand = false, all = false;
   std::vector<std::string> collect;
   std::vector<std::string> solve;
@@ -168,8 +166,9 @@ reports::EquationsReportData make_equations_data(const EquationsOptions& options
 
 ExitCode run(const EquationsOptions& options) {
   if (options.at.empty())
-    return print_formulas({options.spec, options.only, options.code, options.latex, options.numbers, options.expand,
-                           options.all, options.collect, options.solve, options.goal, options.speeds});
+    return print_formulas({options.spec, options.only, options.code, options.coordinates, options.independent,
+                           options.latex, options.numbers, options.expand, options.all, options.collect, options.solve,
+                           options.goal, options.speeds});
   choose_sections(options);
   if (options.latex && !options.speeds.empty()) throw UsageError("--speeds and --latex cannot be combined with --at");
   const DesignSpace space = read_space(options.spec);
@@ -195,8 +194,9 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts,speeds selects sections, --code c prints a\n"
-      "program. Everything printed has been read back and compared with numerical results.\n\n"
+      "closures,solved,conditions,regressor,natural,efforts,reduced,speeds selects sections, --code c\n"
+      "prints a program, which closes the loops. Everything printed has been read back and compared with\n"
+      "numerical results.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
       "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
@@ -231,6 +231,14 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--json"))
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
+  parser.get_option("--independent")->remove_needs(at);
+  add_choice_validator(
+      parser
+          .add_option("--coordinates", o.coordinates,
+                      "what the program of a mechanism with loops takes: independent coordinates (default) or all")
+          ->type_name("WHICH")
+          ->needs(parser.get_option("--code")),
+      {"independent", "all"});
   parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
   CLI::Option* collect = parser.add_option("--collect", o.collect, "group sums by powers of these symbols");
   collect->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
@@ -366,153 +374,49 @@ void check_outputs(const EquationsOptions& options, const Study& study) {
 
 namespace {
 
-std::vector<formulas::SheetSectionKind> sections_of(const FormulaOptions& options) {
-  const std::vector<std::string>& names = formulas::sheet_section_names();
-  std::vector<formulas::SheetSectionKind> sections;
-  for (const std::string& name : options.only) {
-    const auto at = std::find(names.begin(), names.end(), name);
-    if (at == names.end())
-      throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "),
-                                   quote_for_message(name), append_nearest_name(name, names)));
-    sections.push_back(static_cast<formulas::SheetSectionKind>(at - names.begin()));
-    using enum formulas::SheetSectionKind;
-    if ((sections.back() == solutions || sections.back() == balanced) && options.solve.empty())
-      throw UsageError(fmt::format("--only {} needs --solve NAMES", name));
-  }
-  return sections;
-}
-
-std::string title_of(const Study& study) {
-  return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
-}
-
-/// What is read to print formulas.
-struct FormulaSource {
-  DesignSpace space;
-  study::SpecNumberTexts texts;
-  std::optional<formulas::SolveRequest> solve;
-};
-
-FormulaSource read_source(const FormulaOptions& options, const std::string& text, const ReadOptions& read) {
-  FormulaSource source;
-  source.space = read_design_space(text, specification::display_name(options.spec.spec), read);
-  Mechanism& mechanism = source.space.start.mechanism;
-  mechanism = model::mechanism_in_interval(mechanism, {}, 0);  // symbols stand for all payloads
-  source.texts = read_spec_number_texts(source.space, read);
-  return source;
-}
-
-/// Reads the spec again, such that the numbers to solve for can have any value: parameters without their expressions,
-/// numbers of the mechanism as inputs.
-FormulaSource read_solvable_source(const FormulaOptions& options, const std::string& text,
-                                   const FormulaSource& source) {
-  formulas::SolveRequest request;
-  try {
-    request.unknowns = formulas::find_unknown_numbers(source.space.start.mechanism, source.texts, options.solve);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(std::string("--solve: ") + error.what());
-  }
-  ReadOptions read = read_options(options.spec);
-  for (const formulas::UnknownNumber& unknown : request.unknowns) {
-    if (unknown.parameter.empty()) read.inputs.insert(unknown.path);
-    for (const study::NamedExpression& parameter : source.texts.recording->parameters)
-      if (parameter.name == unknown.parameter && !parameter.is_plain)
-        read.set.emplace_back(parameter.name, fmt::format("{:.17g}", parameter.value.value()));
-  }
-  for (std::string& path : formulas::list_inertial_paths(source.space.start.mechanism, source.texts))
-    read.inputs.insert(std::move(path));
-  FormulaSource solvable = read_source(options, text, read);
-  const Study& study = solvable.space.start;
-  const reports::BalanceRequest balance = make_balance_query(options.goal, study);
-  request.goals = balance.goals;
-  ConditionOptions condition_options;
-  condition_options.seed = balance.seed.value_or(condition_options.seed);
-  condition_options.excluded = balance.excluded;
-  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
-  request.derive = reports::make_conditions_deriver(balance.goals, balance.is_modular, condition_options,
-                                                    simulation::start_coordinates(study));
-  if (balance.is_modular || !balance.excluded.empty() ||
-      !formulas::has_symbolic_conditions(study.mechanism, balance.goals)) {
-    reports::ConditionsReportData conditions = derive_conditions_or_throw(options.goal, solvable.space);
-    request.conditions = std::move(conditions.conditions);
-    request.names = std::move(conditions.names);
-  }
-  solvable.solve = std::move(request);
-  return solvable;
-}
-
-/// @throws UsageError for a name that no symbol has
-std::vector<int> find_symbols(const formulas::Ring& ring, const std::vector<std::string>& names) {
-  std::vector<int> found;
-  std::vector<std::string> known;
-  for (const formulas::Symbol& symbol : ring.symbols()) known.push_back(symbol.name);
-  for (const std::string& name : names) {
-    const auto at = std::find(known.begin(), known.end(), name);
-    if (at == known.end())
-      throw UsageError(fmt::format("--collect: {} is no symbol of these formulas{}", quote_for_message(name),
-                                   append_nearest_name(name, known)));
-    found.push_back(static_cast<int>(at - known.begin()));
-  }
-  return found;
-}
-
-void print_view(const FormulaOptions& options, const FormulaSource& source) {
-  const Study& study = source.space.start;
-  const auto expressions =
-      options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
-  const std::vector<formulas::SheetSectionKind> sections = sections_of(options);
-  std::vector<model::GeneralisedSpeed> speeds;
-  if (!options.speeds.empty()) {
-    speeds = specification::read_speeds(options.speeds, "--speeds", study);
-  } else if (std::find(sections.begin(), sections.end(), formulas::SheetSectionKind::speeds) != sections.end()) {
-    speeds = study.speeds;
-    if (speeds.empty()) throw UsageError("--only speeds needs --speeds, or speeds in the spec");
-  }
-  formulas::FormulaSheet sheet =
-      formulas::make_sheet(study.mechanism, source.texts, {sections, expressions, source.solve, std::move(speeds)});
-  for (const study::TemporaryPayload& payload : study.temporary_payloads)
-    sheet.notes.push_back(
-        fmt::format("payload '{}' is not always there: without it, its mass and inertia are 0", payload.name));
-  formulas::PrintOptions print_options;
-  print_options.with_values = options.numbers;
-  print_options.collected = find_symbols(*sheet.ring, options.collect);
-  if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
-  reports::FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
-                                              {.with_perturbed_parameters = !options.numbers});
-  if (!view.check.is_consistent)
-    throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
-                                                      view.check.reason, view.check.states, view.check.error));
-  if (options.latex) {
-    print_options.style = formulas::PrintStyle::latex;
-    view.sections = print_sheet(sheet, print_options);
-  }
-  if (options.spec.json)
-    print(formulas_json(view));
-  else
-    print_text(options.latex ? formulas_latex(view) : formulas_text(view, text_width()));
+reports::FormulaRequest make_formula_request(const FormulaOptions& options) {
+  reports::FormulaRequest request;
+  request.only = options.only;
+  request.expand = options.expand;
+  request.with_values = options.numbers;
+  request.all = options.all;
+  request.latex = options.latex;
+  request.independent = options.independent;
+  request.solve = options.solve;
+  request.collect = options.collect;
+  request.speeds = options.speeds;
+  request.balance = [goal = options.goal](const Study& study) { return make_balance_query(goal, study); };
+  return request;
 }
 
 }  // namespace
 
 ExitCode print_formulas(const FormulaOptions& options) {
-  sections_of(options);
   const std::string text = specification::read_text_file(options.spec.spec, "spec");
-  FormulaSource source = read_source(options, text, read_options(options.spec));
-  if (!options.solve.empty()) source = read_solvable_source(options, text, source);
-  const Study& study = source.space.start;
-  if (study.mechanism.coordinates.empty())
-    throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
-  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  const std::string file = specification::display_name(options.spec.spec);
+  const reports::FormulaRequest request = make_formula_request(options);
+  const auto announce = [](const std::vector<std::string>& warnings, const reports::RequestFailure& refusal) {
+    for (const std::string& warning : warnings) print_message("warning: " + warning);
+    if (refusal) throw MechanismFailure(refusal.status, refusal.reason);
+  };
   try {
-    if (options.code.empty()) {
-      print_view(options, source);
-    } else {
+    if (!options.code.empty()) {
+      using enum formulas::ProgramCoordinates;
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      print(formulas::generate_program(study.mechanism, source.texts, language));
+      const reports::GeneratedProgram program = generate_program_of(
+          request, language, options.coordinates == "all" ? all : independent, text, file, read_options(options.spec));
+      announce(program.warnings, program.refusal);
+      print(program.code);
+      return ExitCode::done;
     }
-  } catch (const formulas::FormulaError& error) {
-    throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
+    const reports::DerivedFormulas found = derive_formulas(request, text, file, read_options(options.spec));
+    announce(found.view.warnings, found.refusal);
+    if (options.spec.json)
+      print(formulas_json(found.view));
+    else
+      print_text(options.latex ? formulas_latex(found.latex) : formulas_text(found.view, text_width()));
+  } catch (const reports::FormulaRequestError& error) {
+    throw UsageError(error.what());
   }
   return ExitCode::done;
 }

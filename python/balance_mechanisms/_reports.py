@@ -56,6 +56,49 @@ class Check(Answer):
         return int(self.to_dict()["degrees_of_freedom"])
 
 
+class Formula(NamedTuple):
+    """One formula: the name of what it gives (``D12``, ``lg2``; empty: a sum that must vanish), and its text, in which adjacent
+    factors are multiplied and ``^`` is a power."""
+
+    name: str
+    text: str
+
+
+class Equations(Answer):
+    """The equations of motion as formulas, checked against the engine."""
+
+    def __init__(self, found: Mapping[str, str]) -> None:
+        super().__init__(found["json"], found["text"])
+        self._latex = found["latex"]
+
+    @property
+    def sections(self) -> Dict[str, List[Formula]]:
+        """The formulas by section: `inertia`, `velocity`, `gravity`, `solutions`, …; those that vanish have the text `0`."""
+        return {one["section"]: [*(Formula(each["name"], each["formula"]) for each in one["formulas"]),
+                                 *(Formula(name, "0") for name in one["zero"])] for one in self.to_dict()["sections"]}
+
+    @property
+    def solution(self) -> Dict[str, str]:
+        """The numbers that were solved for, by name."""
+        return {one.name: one.text for one in self.sections.get("solutions", []) if one.name}
+
+    @property
+    def symbols(self) -> Dict[str, float]:
+        """Values of all symbols in the spec [SI]."""
+        found: Dict[str, float] = self.to_dict()["symbols"]
+        return found
+
+    @property
+    def notes(self) -> List[str]:
+        """What a user should know."""
+        found: List[str] = self.to_dict()["notes"]
+        return found
+
+    def latex(self) -> str:
+        """Displayed equations; needs amsmath."""
+        return self._latex
+
+
 class Condition(NamedTuple):
     """One balancing condition, a sum that vanishes: its text and LaTeX, the coefficients by parameter [SI], the residual relative to the
     size of the terms, whether it is met, and the paths of free numbers in it. A notebook shows the formula."""

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
 from balance_mechanisms._display import Shown, Table, pretty_unit
-from balance_mechanisms._reports import Check, Conditions, Design, Front, Tolerance
+from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
 from balance_mechanisms._run import Run
@@ -135,6 +135,36 @@ class Spec(Shown):
         :raises MechanismError: if there are none (the loops cannot be closed, the goal needs actuators, …)
         """
         return Conditions(_native.conditions(self._native, _words(goal), _words(without), strategy, seed, named, speeds))
+
+    def equations(self, *, only: Goals = None, solve: Goals = None, goal: Goals = None, strategy: str = "complete",
+                  without: Goals = None, seed: int | None = None, collect: Goals = None, independent: Goals = None,
+                  speeds: str = "", expand: bool = False, numbers: bool = False, all: bool = False) -> Equations:
+        """The equations of motion as formulas, as `balance equations` prints them.
+
+        :param only: sections: `inertia`, `velocity`, `gravity`, `closures`, `solved`, `conditions`, `regressor`, `natural`, `efforts`,
+            `reduced`, `speeds`; None: those that the mechanism has
+        :param solve: numbers for which the conditions of the goal are solved: parameters, symbols or paths of the spec
+        :param goal: of `solve`, as for `conditions`; None: those of the spec; likewise `strategy`, `without` and `seed`
+        :param collect: symbols by whose powers sums are grouped
+        :param independent: coordinates; None: the actuated ones if they determine the motion
+        :param speeds: `"v: tool.u, w: A"`; "": those of the spec
+        :param expand: replace parameters that depend on others by their expressions
+        :param numbers: numbers in place of symbols
+        :param all: sections of any length
+        :raises MechanismError: if there are no formulas
+        """
+        return Equations(_native.equations(self._native, _words(only), _words(solve), _words(collect), _words(independent),
+                                           speeds, expand, numbers, all, _words(goal), _words(without), strategy, seed))
+
+    def program(self, language: str = "python", *, coordinates: str = "independent", independent: Goals = None) -> str:
+        """A program for the torques, as `balance equations --code` prints it.
+
+        :param language: `python` or `c`
+        :param coordinates: of a mechanism with loops: `independent`, and the program closes the loops, or `all`
+        :param independent: coordinates; None: the actuated ones if they determine the motion
+        :raises MechanismError: if there is none
+        """
+        return _native.program(self._native, language, coordinates, _words(independent))
 
     def design(self, goal: Goals = None, *, minimize: Any = None, seed: int | None = None, strategy: str = "complete",
                without: Goals = None, algorithm: str = "", trajectories: bool = True) -> Design:

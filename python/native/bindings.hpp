@@ -59,8 +59,14 @@ struct GoalArguments {
   std::optional<std::uint64_t> seed;
 };
 
+/// @throws std::invalid_argument if the argument `what` is none of the names
+void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what);
+
 /// @throws std::invalid_argument for unknown names
 reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study);
+
+/// Raises a MechanismError.
+[[noreturn]] void refuse(const reports::RequestFailure& refusal);
 
 /// Calls `change`. @throws std::invalid_argument with the message of `change`, prefixed by the name of the argument
 template <class Change>
@@ -83,6 +89,7 @@ void bind_states(py::module_& m);
 void bind_run(py::module_& m);
 void bind_moves(py::module_& m);
 void bind_balancing(py::module_& m);
+void bind_equations(py::module_& m);
 void bind_tolerance(py::module_& m);
 void bind_comparing(py::module_& m);
 void bind_foreign(py::module_& m);

@@ -31,12 +31,6 @@ struct DerivedConditions {
   Samples matrix;
 };
 
-[[noreturn]] void refuse(const reports::RequestFailure& refusal) {
-  const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
-  PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
-  throw py::error_already_set();
-}
-
 py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
                     const std::vector<std::string>& without, const std::string& strategy,
                     std::optional<std::uint64_t> seed, bool named, const std::string& speeds) {
@@ -78,13 +72,6 @@ const std::vector<std::string> strategies{"complete", "modular"};
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-/// @throws std::invalid_argument unless `name` is one of `names`
-void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
-  if (!contains(names, name))
-    throw std::invalid_argument(fmt::format("{} {}: expected {}{}", what, quote_for_message(name),
-                                            join_alternatives(names), append_nearest_name(name, names)));
 }
 
 DesignStudyOptions design_options(const Spec& spec, const GoalArguments& arguments, const std::string& minimize,
@@ -230,6 +217,12 @@ py::dict runs_of(const Design& design, bool after) {
 }
 
 }  // namespace
+
+void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+  if (!contains(names, name))
+    throw std::invalid_argument(fmt::format("{} {}: expected {}{}", what, quote_for_message(name),
+                                            join_alternatives(names), append_nearest_name(name, names)));
+}
 
 reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
   reports::BalanceRequest request;

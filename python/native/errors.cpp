@@ -72,6 +72,12 @@ void translate(std::exception_ptr pointer) {
 
 }  // namespace
 
+void refuse(const reports::RequestFailure& refusal) {
+  const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
+  PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
+  throw py::error_already_set();
+}
+
 void bind_errors(py::module_&) { py::register_local_exception_translator(&translate); }
 
 }  // namespace balance::python

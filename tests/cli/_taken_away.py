@@ -150,6 +150,7 @@ FORMS = (
     "equations {spec}", "equations {spec} --json", "equations {spec} --latex", "equations {spec} --code c", "equations {spec} --code python",
     "equations {spec} --numbers", "equations {spec} --expand --json", "equations {spec} --at start", "equations {spec} --at start --json",
     "equations {spec} --at end --latex", "equations {spec} --at start -o {out}.h5", "equations {spec} --only conditions",
+    "equations {spec} --only reduced", "equations {spec} --only solved,efforts", "equations {spec} --code c --coordinates all",
     "tolerance {spec}", "tolerance {spec} --json", "tolerance {spec} --at-rest --json", "tolerance {spec} --monte-carlo 3 --samples 5",
     "tolerance {spec} -o {out}.h5",
     "control {spec} --json", "control {spec} -c none", "control {spec} -c pd --json", "control {spec} -c computed-torque -o {out}.h5",

@@ -92,6 +92,17 @@ class Equations(Case):
                 self.assertIn("torque_weight", file.readline())
         self.assertEqual(run("simulate", FIVE_BAR, "--split").returncode, 2)
 
+    def test_rotations_of_discs_are_rows_of_C(self):
+        belts = os.path.join(CONFIGS, "planar-rrr-belts.yaml")
+        rows = json.loads(run("equations", belts, "--at", "start", "--only", "redundant", "--json").stdout)["redundant"]
+        self.assertEqual(rows["discs"], ["d4.r", "d5.r", "d6.r", "d7.r"])
+        with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "out.h5")
+            self.assert_quiet_success(run("equations", belts, "--at", "start", "--only", "redundant", "-o", out))
+            with h5py.File(out) as file:
+                numpy.testing.assert_allclose(file["C_discs"][0], rows["C_discs"], rtol=1e-14)
+                self.assertEqual([name.decode() for name in file["disc"][:]], rows["discs"])
+
     def test_latex(self):
         done = run("equations", ARM, "--at", "start", "--latex", "--only", "inertia,redundant,natural,parameters")
         self.assert_quiet_success(done)

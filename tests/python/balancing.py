@@ -10,6 +10,32 @@ import balance_mechanisms as bm
 from _module import Case, config
 
 
+class Equations(Case):
+    def test_they_are_the_program_s(self):
+        for file, options, words in (
+                ("rr.yaml", {"only": "gravity"}, ("--only", "gravity")),
+                ("5r.yaml", {"only": ["inertia", "efforts"], "collect": "a11"}, ("--only", "inertia,efforts", "--collect", "a11")),
+                ("planar-rrr-belts.yaml", {"solve": "lg1,lg2,lg3", "goal": "static"}, ("--solve", "lg1,lg2,lg3", "--goal", "static"))):
+            found = bm.load(config(file)).equations(**options)
+            self.assertEqual(found.to_dict(), json.loads(self.program("equations", config(file), "--json", *words)), file)
+            self.assertEqual(found.latex(), self.program("equations", config(file), "--latex", *words))
+        self.assertEqual(found.solution["lg2"], "-m3 l2/m2")
+
+    def test_programs_are_the_program_s(self):
+        for file, language in (("rr.yaml", "python"), ("5r.yaml", "c")):
+            self.assertEqual(bm.load(config(file)).program(language), self.program("equations", config(file), "--code", language))
+
+    def test_what_cannot_be_meant_is_told(self):
+        spec = bm.load(config("rr.yaml"))
+        for options, words in (({"only": "gravitation"}, "only without at needs"), ({"solve": "nothing", "goal": "static"}, "solve: 'nothing'"),
+                               ({"collect": "nothing"}, "collect: 'nothing'"), ({"independent": "nothing"}, "independent: there is no coordinate"),
+                               ({"solve": "x_cw1", "goal": "sttaic"}, "goal")):
+            with self.assertRaisesRegex(ValueError, words):
+                spec.equations(**options)
+        with self.assertRaisesRegex(ValueError, "language"):
+            spec.program("java")
+
+
 class Conditions(Case):
     def test_they_are_the_program_s(self):
         found = bm.load(config("5r.yaml")).conditions("static")

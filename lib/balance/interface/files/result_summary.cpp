@@ -5,6 +5,7 @@
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/torque_distribution_summary.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/results/round_off.hpp"
@@ -114,6 +115,7 @@ std::string state_json(const RunResult& result, const Provenance& description, c
     json["values"].push_back({{"quantity", entry.quantity},
                               {"unit", entry.unit},
                               {"value", entry.value.size() == 1 ? Json(entry.value[0]) : Json(entry.value)}});
+  if (result.torque_distribution) json["torque_distribution"] = torque_distribution_json(result);
   json["notes"] = result.outcome.notes;
   json["files"] = files;
   return format_json(json);
@@ -138,6 +140,7 @@ std::string format_result_json(const RunResult& result, const Provenance& descri
   json["about"] = vector_json(result.moment_reference, result.axes);
   json["metrics"] = metrics_json(result.metrics);
   json["energy"] = result.energy;
+  if (result.torque_distribution) json["torque_distribution"] = torque_distribution_json(result);
   json["notes"] = result.outcome.notes;
   json["files"] = files;
   return format_json(json);
@@ -305,6 +308,7 @@ std::string format_result_summary(const RunResult& result, const Provenance& des
   std::string text = fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} {}, {} samples\n\n", description.title,
                                  description.trajectory, description.law, description.drive, controller,
                                  time.convert(duration), time.name, result.time.size());
+  if (result.torque_distribution) text += format_torque_distribution(result, options.units) + "\n";
   if (result.corridor_result) text += format_corridor_result(*result.corridor_result, options.units) + "\n";
   if (result.optimised_law) text += format_optimised_law(*result.optimised_law, options) + "\n";
   if (!result.payload_events.empty()) text += format_payload_events(result, options.units) + "\n";

@@ -4,6 +4,7 @@
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/sha256.hpp"
+#include "balance/interface/files/torque_distribution_summary.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/results/round_off.hpp"
@@ -255,6 +256,7 @@ void write_result_variables(Hdf5Writer& file, Hdf5Writer::Group group, const Run
                             const WriteOptions& options) {
   if (r.corridor_result)
     file.set_attribute(group, "found_corridor", format_json(corridor_result_json(*r.corridor_result)));
+  if (r.torque_distribution) file.set_attribute(group, "torque_distribution", format_json(torque_distribution_json(r)));
   const Dimensions dimensions = add_columns(file, group, r);
   add_samples(file, group, r, dimensions, options);
   add_metrics(file, group, r);

@@ -112,6 +112,11 @@ void add_variables(hdf5::Hdf5Writer& file, const formulas::EquationsAlongRun& ru
   add("z", "z': weight, springs and loads, P0 eq. 62", {time, independent}, run.static_terms);
   add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, independent},
       run.transformation);
+  if (!run.disc_rows.empty()) {
+    const Dimension disc = file.add_dimension(
+        hdf5::root_group, {"disc", "rotation of a disc about its own axes", "1", {}, {}}, run.disc_rows);
+    add("C_discs", "the discs' rotations per independent rate, P1 eq. 24", {time, disc, independent}, run.discs);
+  }
   add("rate_offset", "rates of the tree's coordinates at zero independent rates, due to prescribed speeds",
       {time, tree}, run.rate_offset);
   if (!run.closures.empty()) {
@@ -136,6 +141,13 @@ void write_equations(const std::string& path, const formulas::EquationsAlongRun&
 }
 
 namespace {
+
+MatrixX stack_rows(const MatrixX& above, const MatrixX& below) {
+  MatrixX stack(above.rows() + below.rows(), above.cols());
+  stack.topRows(above.rows()) = above;
+  stack.bottomRows(below.rows()) = below;
+  return stack;
+}
 
 Json matrix_json(const MatrixX& matrix) {
   return files::list_json(matrix.rowwise(), [](const auto& row) { return files::numbers_json(row.transpose()); });
@@ -225,7 +237,9 @@ Json redundant_json(const EquationsAtConfiguration& at) {
                {"S", matrix_json(loops.input)},
                {"A", matrix_json(loops.constraints)},
                {"C", matrix_json(loops.transformation)},
-               {"c", forms_json(loops.acceleration)}};
+               {"c", forms_json(loops.acceleration)},
+               {"discs", at.disc_rows},
+               {"C_discs", matrix_json(loops.discs)}};
   if (loops.constraint_speeds.size() == 0) return json;
   json["constraint_speeds"] = files::numbers_json(loops.constraint_speeds);
   json["rate_offset"] = files::numbers_json(loops.rate_offset);
@@ -363,7 +377,7 @@ std::string equations_latex(const EquationsReportData& view) {
   if (at.split && view.shows(torques)) lines.add("u", matrix_latex(at.split->effort));
   if (at.loops && view.shows(redundant)) {
     lines.add("M", matrix_latex(at.loops->mass));
-    lines.add("C", matrix_latex(at.loops->transformation));
+    lines.add("C", matrix_latex(stack_rows(at.loops->transformation, at.loops->discs)));
     if (at.loops->constraints.rows() > 0) lines.add("A", matrix_latex(at.loops->constraints));
     lines.add("z", matrix_latex(at.loops->rest.sum()));
     max_columns = std::max(max_columns, at.loops->mass.cols());
@@ -584,8 +598,12 @@ std::string redundant_text(const EquationsAtConfiguration& at, const files::Text
   const dynamics::RedundantTerms& loops = *at.loops;
   std::string text = "M in the tree's coordinates" + si_note(options.units) + " (P0 eq. 19)\n" +
                      matrix_text(loops.mass, at.redundant, at.redundant, options.width);
-  text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
-          matrix_text(loops.transformation, at.redundant, at.independent, options.width);
+  std::vector<std::string> rows = at.redundant;
+  rows.insert(rows.end(), at.disc_rows.begin(), at.disc_rows.end());
+  text += std::string("\nC: tree coordinates' rates") +
+          (at.disc_rows.empty() ? "" : ", below them the discs' rotations (P1 eq. 24),") +
+          " per independent rate, A C = 0 (P0 eq. 16)\n" +
+          matrix_text(stack_rows(loops.transformation, loops.discs), rows, at.independent, options.width);
   if (loops.constraints.rows() > 0)
     text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant, options.width);
   if (loops.rate_offset.size() > 0)

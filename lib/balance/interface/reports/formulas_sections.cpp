@@ -102,7 +102,7 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
 namespace {
 
 /// About the width of a line of text in an article, in letters.
-constexpr double latex_line_width = 50;
+constexpr double latex_line_width = 46;
 constexpr double index_width = 0.7;  ///< of a letter, relative to one on the line
 
 /// A sign between terms, where a formula may be broken.
@@ -123,7 +123,9 @@ std::vector<BreakPoint> list_break_points(const std::string& latex) {
       std::size_t end = k + 1;
       while (end < latex.size() && std::isalpha(static_cast<unsigned char>(latex[end])) != 0) ++end;
       const std::string command = latex.substr(k + 1, end - k - 1);
-      if (command == "sin" || command == "cos")
+      if (command.empty())  // a thin space
+        ++end;
+      else if (command == "sin" || command == "cos")
         width += 3;
       else if (command != "left" && command != "right" && command != "mathrm" && command != "frac" &&
                command != "tfrac")
@@ -203,6 +205,11 @@ std::string formulas_latex(const FormulasReportData& view) {
 
 std::string formulas_json(const FormulasReportData& view) {
   Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
+  if (!view.sheet->independent.empty()) {
+    json["independent"] = Json::array();
+    for (const int column : view.sheet->independent)
+      json["independent"].push_back(view.sheet->equations.tree.columns[static_cast<std::size_t>(column)]);
+  }
   json["sections"] = Json::array();
   for (const PrintedSection& section : view.sections) {
     json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},

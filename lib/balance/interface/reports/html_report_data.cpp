@@ -3,6 +3,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/interface/files/torque_distribution_summary.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/quantities.hpp"
@@ -403,6 +404,7 @@ Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const 
   json["energy"] = result.energy;
   json["about"] = files::vector_json(result.moment_reference, result.axes);
   if (computed.corridor_result) json["found_corridor"] = files::corridor_result_json(*computed.corridor_result);
+  if (computed.torque_distribution) json["torque_distribution"] = files::torque_distribution_json(computed);
   if (computed.optimised_law) json["found_law"] = files::optimised_law_json(*computed.optimised_law);
   const trajectory::PhasePlane& plane = computed.phase_plane;
   if (plane.time.size() > 1 && plane.mvc_path_rate.size() > 0) json["phase_plane"] = phase_plane_json(plane);

@@ -29,8 +29,9 @@ constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies", 
                                           "constraints", "actuators", "assembly", "counterweights", "payloads",
                                           "discs",       "loads",     "springs",  "friction"};
 /// Sections of a part that are ignored, so that it can be run by itself.
-constexpr const char* ignored_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
-                                         "speeds", "controllers", "motion",  "design", "include", "workspace"};
+constexpr const char* ignored_sections[]{
+    "name",        "space",  "gravity", "units",   "tool",      "trajectories",       "speeds",
+    "controllers", "motion", "design",  "include", "workspace", "torque_distribution"};
 
 long count_nodes(const YamlNode& node) {
   long count = 1 + static_cast<long>(node.keys.size());

@@ -120,7 +120,7 @@ class SectionIndex {
          {"name",     "space",    "gravity",      "parameters",     "units",      "include",   "ground",
           "bodies",   "joints",   "couplings",    "constraints",    "speeds",     "actuators", "tool",
           "assembly", "motion",   "trajectories", "counterweights", "payloads",   "discs",     "loads",
-          "springs",  "friction", "controllers",  "design",         "tolerances", "workspace"}) {
+          "springs",  "friction", "controllers",  "design",         "tolerances", "workspace", "torque_distribution"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back({key, required ? Presence::required : Presence::optional,
@@ -188,6 +188,7 @@ void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   // after the stated ones, whose indices are their positions in the spec
   for (const auto& wheel : draft.rolling_couplings) mechanism.couplings.push_back(wheel);
   read_section("actuators", [&](const SpecCursor& c) { read_actuators(c, draft); });
+  read_section("torque_distribution", [&](const SpecCursor& c) { read_torque_distribution(c, draft); });
   read_section("tool", [&](const SpecCursor& c) { read_tool(c, draft); });
   if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.mark_invalid("tool");
   read_section("constraints", [&](const SpecCursor& c) { read_constraints(c, draft); });

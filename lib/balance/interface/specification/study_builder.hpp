@@ -223,6 +223,7 @@ void check_connected(StudyBuilder& draft);
 void check_massless_bodies(StudyBuilder& draft);
 void read_couplings(const SpecCursor& section, StudyBuilder& draft);
 void read_actuators(const SpecCursor& section, StudyBuilder& draft);
+void read_torque_distribution(const SpecCursor& section, StudyBuilder& draft);
 void read_tool(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds in which the equation of motion is requested, at their start values.
 std::vector<model::GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 namespace balance::dynamics {
@@ -32,7 +33,13 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const kinematics::Tree<
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
   if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(trajectory::describe_over_actuation(motors, freedoms));
+  if (motors > freedoms) {
+    notes_.push_back(trajectory::describe_over_actuation(motors, freedoms,
+                                                         model::describe_distribution(mechanism.torque_distribution)));
+    if (mechanism.torque_distribution) distribution_ = model::scale_distribution(mechanism, tree.characteristic_length);
+  } else if (mechanism.torque_distribution) {
+    notes_.push_back(trajectory::describe_determined_efforts(motors, freedoms));
+  }
   if (closures_ > columns_ - freedoms) notes_.push_back(trajectory::describe_over_constraint());
   const bool has_distinct_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && has_distinct_columns && closures_ == columns_ - freedoms;
@@ -147,25 +154,71 @@ bool Actuation<S>::solve_general(const KinematicEquations<S>& equations, const T
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   VectorXOf<T> f(columns_);
   for (int c = 0; c < columns_; ++c) f[c] = columns[c] * tau[c];
-  const Matrix actuated = actuation_selection(equations), closures = closure_jacobian(equations);
-  const MatrixX S_values = values_of(actuated), C_values = values_of(closures);
-  const ActuationFactors factors(C_values, S_values, freedoms_);
+  Matrix actuated = actuation_selection(equations);
+  const Matrix closures = closure_jacobian(equations);
+  const MatrixX C_values = values_of(closures);
+  const ActuationFactors factors(C_values, values_of(actuated), freedoms_);
   if (!factors.is_regular) return false;
-  const LeastNormSolution solution = solve_least_norm(factors, S_values, values_of(f));
+  if (distribution_) scale_selection(actuated);
+  const MatrixX S_values = values_of(actuated);
+  const VectorX f_values = values_of(f);
+  numerics::BoundedSolution bounded;
+  LeastNormSolution solution;
+  if (distribution_) {
+    bounded = distribute_efforts(*distribution_, factors.null_space.transpose() * S_values.transpose(),
+                                 factors.null_space.transpose() * f_values);
+    solution = {bounded.x, solve_multipliers(factors, S_values, f_values, bounded.x)};
+  } else {
+    solution = solve_least_norm(factors, S_values, f_values);
+  }
   for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = solution.efforts[static_cast<Eigen::Index>(a)];
   for (int r = 0; r < closures_; ++r) multipliers_[r] = solution.multipliers[r];
   if constexpr (!std::is_same_v<T, double>) {
     for (std::size_t k = 0; k < T().d.size(); ++k) {
+      std::vector<ActiveBoundChange> active;
+      for (const numerics::ActiveBound& bound : bounded.active) active.push_back(bound_change(bound, k));
       const LeastNormSolution change =
           differentiate_least_norm(factors, solution, C_values, S_values, derivatives_of(closures, k),
-                                   derivatives_of(actuated, k), derivatives_of(f, k));
+                                   derivatives_of(actuated, k), derivatives_of(f, k), active, bounded.excess);
       for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a].d[k] = change.efforts[static_cast<Eigen::Index>(a)];
       for (int r = 0; r < closures_; ++r) multipliers_[r].d[k] = change.multipliers[r];
     }
   }
-  for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = efforts_[a] / actuated_[a].unit;
+  for (std::size_t a = 0; a < efforts_.size(); ++a) {
+    if (distribution_)
+      efforts_[a] = efforts_[a] / distribution_->unit[a];
+    else
+      efforts_[a] = efforts_[a] / actuated_[a].unit;
+  }
   for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
   return true;
+}
+
+/// Maps to scaled efforts of the distribution.
+template <class S>
+void Actuation<S>::scale_selection(Matrix& selection) const {
+  for (std::size_t a = 0; a < actuated_.size(); ++a)
+    for (int c = 0; c < columns_; ++c) selection(static_cast<Eigen::Index>(a), c) /= distribution_->factor[a];
+}
+
+template <class S>
+ActiveBoundChange Actuation<S>::bound_change(const numerics::ActiveBound& bound, std::size_t k) const {
+  using Kind = numerics::ActiveBound::Kind;
+  const auto a = static_cast<std::size_t>(bound.index);
+  ActiveBoundChange change{.actuator = bound.index};
+  if (bound.kind == Kind::lowest_peak || bound.kind == Kind::highest_peak) {
+    change.peak_share = bound.kind == Kind::highest_peak ? 1 : -1;
+    return change;
+  }
+  const bool is_upper = bound.kind == Kind::upper;
+  const double sign = is_upper ? 1 : -1;
+  const T &limit = is_upper ? *distribution_->upper[a] : *distribution_->lower[a], &factor = distribution_->factor[a];
+  change.excess_share = sign * value_of(factor);
+  if constexpr (!std::is_same_v<T, double>) {
+    change.bound_change = limit.d[k];
+    change.excess_share_change = sign * factor.d[k];
+  }
+  return change;
 }
 
 template <class S>
@@ -197,12 +250,21 @@ bool Actuation<S>::project_regular(const KinematicEquations<S>& equations, Matri
 
 template <class S>
 bool Actuation<S>::project_general(const KinematicEquations<S>& equations, MatrixX& projection) const {
-  const ActuationFactors factors(values_of(closure_jacobian(equations)), values_of(actuation_selection(equations)),
-                                 freedoms_);
+  if (!has_linear_projection())
+    throw std::invalid_argument("the efforts of this torque distribution are not a linear function of the forces");
+  Matrix selection = actuation_selection(equations);
+  ActuationFactors factors(values_of(closure_jacobian(equations)), values_of(selection), freedoms_);
   if (!factors.is_regular) return false;
+  if (distribution_) {
+    scale_selection(selection);
+    factors.selection.compute(factors.null_space.transpose() * values_of(selection).transpose(),
+                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  }
   const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
   if (freedoms_ > 0) projection = factors.selection.solve(factors.null_space.transpose() * columns.asDiagonal());
-  for (std::size_t a = 0; a < actuated_.size(); ++a) projection.row(static_cast<Eigen::Index>(a)) /= actuated_[a].unit;
+  for (std::size_t a = 0; a < actuated_.size(); ++a)
+    projection.row(static_cast<Eigen::Index>(a)) /=
+        distribution_ ? value_of(distribution_->unit[a]) : actuated_[a].unit;
   return true;
 }
 

@@ -7,6 +7,7 @@
 #include "balance/foundation/numerics/overdetermined_system.hpp"
 #include "balance/foundation/numerics/square_system.hpp"
 #include "balance/mechanics/kinematics/kinematic_equations.hpp"
+#include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 
 #include <optional>
@@ -20,7 +21,7 @@ class LaneActuation;
 
 namespace balance::dynamics {
 
-// Minimum-norm efforts and, for these, minimum-norm multipliers, if actuators or closures are redundant:
+// Efforts, by default of minimum norm, and for these minimum-norm multipliers, if actuators or closures are redundant:
 // Sᵀ u + Cᵀ λ = f.
 
 // ---- matrices over dual numbers ----
@@ -55,12 +56,26 @@ struct LeastNormSolution {
 /// @param f generalised forces, scaled
 LeastNormSolution solve_least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f);
 
-/// Its derivative with respect to one variable, on which C, S and f depend while the rank of C is constant. With
-/// u = S n, n a velocity that the loops allow, and λ = C v, the solution is that of Sᵀ S n + Cᵀ C v = f, C n = 0,
-/// which is differentiated.
+/// The multipliers of minimum norm for given efforts.
+VectorX solve_multipliers(const ActuationFactors& factors, const MatrixX& S, const VectorX& f, const VectorX& efforts);
+
+/// An equation that efforts meet besides Sᵀ u + Cᵀ λ = f, with its derivative with respect to one variable:
+/// u[actuator] = bound + excess_share · excess + peak_share · peak.
+struct ActiveBoundChange {
+  Eigen::Index actuator = 0;
+  double excess_share = 0, peak_share = 0;  ///< 0: excess or peak do not occur
+  double bound_change = 0, excess_share_change = 0;
+};
+
+/// The solution's derivative with respect to one variable, on which C, S and f depend while the rank of C is constant.
+/// With u = S n + Eᵀ μ, n a velocity that the loops allow, and λ = C v, the efforts of minimum norm that meet the active
+/// bounds E u = g + q e + p t solve, with these, Sᵀ u + Cᵀ C v = f, C n = 0, qᵀ μ = 0 and pᵀ μ = 0, which is
+/// differentiated. The excess e and the peak t are unknowns.
+/// @param excess e
 LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, const LeastNormSolution& solution,
                                            const MatrixX& C, const MatrixX& S, const MatrixX& dC, const MatrixX& dS,
-                                           const VectorX& df);
+                                           const VectorX& df, const std::vector<ActiveBoundChange>& active = {},
+                                           double excess = 0);
 
 template <class S>
 class Actuation : public kinematics::RegularityMonitor<S> {
@@ -72,7 +87,7 @@ class Actuation : public kinematics::RegularityMonitor<S> {
 
   /// Message if there are too few actuators for the freedoms; else empty.
   const std::string& mismatch() const { return mismatch_; }
-  /// Notes for the user: minimum-norm efforts or reactions.
+  /// Notes for the user: how efforts are distributed; minimum-norm reactions.
   const std::vector<std::string>& notes() const { return notes_; }
 
   /// Whether there are as many actuators as freedoms, and independent closures, so that one square system yields
@@ -87,7 +102,11 @@ class Actuation : public kinematics::RegularityMonitor<S> {
   /// The matrix by which solve() maps tau to the efforts at this configuration; values only.
   /// @param projection actuators × tree coordinates
   /// @return as solve()
+  /// @throws std::invalid_argument if the efforts are not a linear function: see has_linear_projection()
   bool project(const kinematics::KinematicEquations<S>& equations, MatrixX& projection);
+
+  /// Whether the efforts are a linear function of tau: no redundant actuators, or least norm without bounds.
+  bool has_linear_projection() const { return !distribution_ || distribution_->is_linear; }
 
   const std::vector<T>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
   const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
@@ -130,6 +149,8 @@ class Actuation : public kinematics::RegularityMonitor<S> {
   bool project_general(const kinematics::KinematicEquations<S>& equations, MatrixX& projection) const;
   Matrix closure_jacobian(const kinematics::KinematicEquations<S>& equations) const;
   Matrix actuation_selection(const kinematics::KinematicEquations<S>& equations) const;
+  void scale_selection(Matrix& selection) const;
+  ActiveBoundChange bound_change(const numerics::ActiveBound& bound, std::size_t k) const;
   void prepare_actuation_matrix();
   std::optional<double> sparse_mobility(const kinematics::KinematicEquations<S>& equations) const;
   /// The closures, and below them the selection.
@@ -150,6 +171,7 @@ class Actuation : public kinematics::RegularityMonitor<S> {
   bool has_sparse_matrix_ = false;
   std::vector<std::vector<ClosureEntry>> motor_column_entries_;  ///< per actuator: the closures' entries in its column
   std::vector<T> efforts_, multipliers_;
+  std::optional<model::ScaledDistribution<T>> distribution_;  ///< of redundant actuators; none: least norm
   std::string mismatch_;
   std::vector<std::string> notes_;
 };

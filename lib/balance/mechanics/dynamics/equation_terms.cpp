@@ -71,6 +71,9 @@ void EquationTermsOf<S>::name_tree_coordinates() {
         closure.joint < 0 ? (constraint++)->name : mechanism.joints[static_cast<std::size_t>(closure.joint)].name;
     closures.insert(closures.end(), closure.rows.size(), name);
   }
+  for (const Disc& disc : mechanism.discs)
+    for (const char* axis : {".p", ".q", ".r"})
+      if (mechanism.space == SpaceKind::spatial || axis[1] == 'r') disc_rows.push_back(disc.name + axis);
 }
 
 template <class S>
@@ -170,6 +173,27 @@ MatrixX EquationTermsOf<S>::constraint_matrix() {
   return A;
 }
 
+/// The discs' angular velocities in their own axes for unit rates of the independent coordinates.
+template <class S>
+MatrixX EquationTermsOf<S>::disc_transformation() {
+  const kinematics::Tree<S>& tree = branch_.tree();
+  kinematics::TreeState<S>& state = branch_.state();
+  const std::size_t first = mechanism.bodies.size() - 1 + mechanism.attachments.size();
+  MatrixX rows(static_cast<Eigen::Index>(disc_rows.size()), freedoms_);
+  const Eigen::Index components = mechanism.space == SpaceKind::spatial ? 3 : 1;
+  for (int k = 0; k < freedoms_; ++k) {
+    const VectorX dy = C_.col(k);
+    compute_angular_velocities(tree, dy.data(), state);
+    for (std::size_t d = 0; d < mechanism.discs.size(); ++d) {
+      const kinematics::FixedFrame<S>& frame = tree.mass_elements[first + d].frame;
+      const Vector3 w = to_matrix(frame.R_N).transpose() *
+                        kinematics::angular_to_3d(state[static_cast<std::size_t>(frame.node)].angular_velocity);
+      rows.col(k).segment(static_cast<Eigen::Index>(d) * components, components) = w.tail(components);
+    }
+  }
+  return rows;
+}
+
 /// Tree accelerations due to the rates, with zero accelerations of the independent coordinates.
 template <class S>
 VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy) {
@@ -246,6 +270,7 @@ MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, 
   out.input = input_matrix();
   out.constraints = constraint_matrix();
   out.transformation = C_;
+  out.discs = disc_transformation();
   RateFunctions accelerations = expand_in_rates(freedoms_, !has_prescribed_speeds_, [&](const VectorX& rates) {
     VectorX dy;
     return compute_velocity_product_acceleration(rates, dy);
@@ -269,6 +294,8 @@ MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (!actuation_.mismatch().empty()) return {MotionStatus::mismatch, time, actuation_.mismatch(), {}};
+  if (!actuation_.has_linear_projection())
+    return {MotionStatus::mismatch, time, trajectory::describe_nonlinear_efforts("parts"), {}};
   if (!actuation_.project(branch_.equations(), matrix))
     return {MotionStatus::actuation_singularity,
             time,
@@ -340,6 +367,7 @@ const std::vector<CoordinateId>& EquationTerms::independent() const { return eng
 const std::vector<std::string>& EquationTerms::redundant() const { return engine_->redundant; }
 std::vector<bool> EquationTerms::redundant_lengths() const { return engine_->redundant_lengths; }
 const std::vector<std::string>& EquationTerms::closures() const { return engine_->closures; }
+const std::vector<std::string>& EquationTerms::disc_rows() const { return engine_->disc_rows; }
 const std::vector<std::string>& EquationTerms::notes() const { return engine_->notes; }
 
 Expected<VectorX> EquationTerms::assemble(const VectorX& q, const std::vector<CoordinateValue>& near) {

@@ -51,6 +51,9 @@ struct RedundantTerms {
   /// Per tree coordinate c_rs, d×d, symmetric: ÿ = C q̈ + Σ c_rs q̇_r q̇_s, so that A ÿ + b = 0 with b = −A c
   /// (P1 eq. 12: Ċ q̇).
   std::vector<MatrixX> acceleration;
+  /// disc_rows() × d: rates of the discs' absolute rotations about their own axes per independent rate: the rows that the
+  /// discs add to C. Source: P1 eq. 24, 35, 45.
+  MatrixX discs;
   // With constraints on speeds that have values: A ẏ = v, ẏ = C q̇ + c₀, ÿ = C q̈ + Σ c_rs q̇_r q̇_s + c₁ q̇ + c₂.
   VectorX constraint_speeds = {};    ///< v, per closure row; empty: zero, and so are the following
   VectorX rate_offset = {};          ///< n: c₀
@@ -112,6 +115,9 @@ class EquationTerms {
   std::vector<bool> redundant_lengths() const;
   /// Per row of RedundantTerms::constraints: the joint that it closes, or the constraint on speeds.
   const std::vector<std::string>& closures() const;
+  /// Per row of RedundantTerms::discs, as in model::GeneralisedSpeed: `disc.r` in the plane; `disc.p`, `disc.q`,
+  /// `disc.r` in space, along the carrier's axes turned with the disc.
+  const std::vector<std::string>& disc_rows() const;
   const std::vector<std::string>& notes() const;
 
   /// As InverseDynamics::assemble.

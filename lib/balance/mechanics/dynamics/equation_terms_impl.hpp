@@ -45,7 +45,7 @@ class EquationTerms::Implementation {
   const Mechanism mechanism;
   const InverseOptions options;
   std::vector<CoordinateId> independent;
-  std::vector<std::string> redundant, closures, notes;
+  std::vector<std::string> redundant, closures, disc_rows, notes;
   std::vector<bool> redundant_lengths;  ///< per redundant coordinate: whether it is a length
 };
 
@@ -71,6 +71,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   MatrixX viscous_friction() const;
   MatrixX input_matrix() const;
   MatrixX constraint_matrix();
+  MatrixX disc_transformation();
   VectorX compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy);
   std::vector<MatrixX> tree_velocity_terms();
   MotionOutcome projection(double time, MatrixX& matrix);

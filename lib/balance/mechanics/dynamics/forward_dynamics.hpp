@@ -24,7 +24,8 @@ struct ForwardOptions {
   /// with x = speed/width; beyond it, it is exactly coulomb · sign(speed). Not negative. A Plant does not smooth.
   double friction_regularisation_speed = 1e-3;
   /// Mechanism coordinates to be used as independent ones, usually the actuated ones, as long as they determine the
-  /// others. If empty, or not as many as freedoms: those that determine the others best.
+  /// others; of more than there are freedoms, those that do so best. If empty, or fewer than freedoms: any coordinates
+  /// that determine the others best.
   std::vector<CoordinateId> preferred;
 
   /// @throws std::invalid_argument if a value is out of range

@@ -268,6 +268,9 @@ MotionOutcome InverseDynamicsOf<S>::regressor(const StateView& state, EffortRegr
   const InertiaRegressor<S> forces = dynamics::compute_regressor(tree, branch_.state());
   fill_shaking(out);
   if (!sample_evaluator_.actuation().mismatch().empty()) return mismatch(state.time);
+  if (!sample_evaluator_.actuation().has_linear_projection())
+    return {
+        MotionStatus::mismatch, state.time, trajectory::describe_nonlinear_efforts("parameters times a matrix"), {}};
   MatrixX projection;
   if (!sample_evaluator_.project(branch_.equations(), projection)) return make_not_held_outcome(state.time);
   out.effort = projection * forces.torque;

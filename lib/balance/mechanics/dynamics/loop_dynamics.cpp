@@ -384,6 +384,7 @@ constexpr double preferred_columns_tolerance = 1e-5;  // the same for the column
 // those that take part in one loop only, which lets the loops be solved one by one.
 constexpr double spherical_weight = 10;
 constexpr double own_loop_weight = 3;
+constexpr double other_column_weight = 1e4;  // of columns that are not preferred as independent ones
 
 MotionOutcome make_outcome(MotionStatus status, double time, std::string reason) {
   return {status, time, std::move(reason), {}};
@@ -400,8 +401,24 @@ std::vector<int> LoopDynamics<S>::preferred_columns() const {
     if (std::find(out.begin(), out.end(), column) != out.end()) return {};
     out.push_back(column);
   }
-  if (static_cast<int>(out.size()) != freedoms_) return {};
+  if (static_cast<int>(out.size()) < freedoms_) return {};
   return out;
+}
+
+/// Of more preferred columns than freedoms, those that determine the others best: the dependent columns are, as far as
+/// possible, the others. Empty if that is not possible.
+template <class S>
+std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int> preferred, MatrixX jacobian) const {
+  if (static_cast<int>(preferred.size()) == freedoms_) return preferred;
+  const auto is_preferred = [&](int column) {
+    return std::find(preferred.begin(), preferred.end(), column) != preferred.end();
+  };
+  for (int c = 0; c < columns(); ++c)
+    if (!is_preferred(c)) jacobian.col(c) *= other_column_weight;
+  double unused;
+  const std::vector<int> independent =
+      complement_indices(pivot_columns(jacobian, columns() - freedoms_, unused), columns());
+  return std::all_of(independent.begin(), independent.end(), is_preferred) ? independent : std::vector<int>();
 }
 
 template <class S>
@@ -443,6 +460,7 @@ bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
     std::vector<int> dependent = pivot_columns(weighted, rank, closure_regularity_);
     if (closure_regularity_ < closure_rank_tolerance) return false;
     if (is_any_sticking()) dependent = pivot_moving_columns(weighted, rank, sticking_columns());
+    independent_columns = select_preferred(independent_columns, weighted);
     if (!independent_columns.empty() &&
         compute_reciprocal_condition(select_columns(jacobian, complement_indices(independent_columns, n))) >
             preferred_columns_tolerance)
@@ -611,6 +629,7 @@ double LoopDynamics<S>::residual() const {
   template double LoopDynamics<S>::residual() const;                                                            \
   template void LoopDynamics<S>::weigh_columns();                                                               \
   template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                         \
+  template std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int>, MatrixX) const;                 \
   template bool LoopDynamics<S>::choose_independent_columns(const double*, bool);                               \
   template void LoopDynamics<S>::select_closure_rows(const std::vector<int>&);                                  \
   template MotionOutcome LoopDynamics<S>::assemble(double, const VectorX&, const VectorX&, VectorX&, VectorX&); \

@@ -44,7 +44,10 @@ class SingleStateEvaluator {
     restore_turns(sample);
     record(sample, result);
     result.outcome.notes = engine_.notes;
-    if (lacks_efforts) result.outcome.notes.push_back("no torques: " + outcome.reason);
+    if (lacks_efforts)
+      result.outcome.notes.push_back("no torques: " + outcome.reason);
+    else
+      record_torque_distribution(engine_.mechanism, {}, 0, results::EffortOrigin::motion, result);
     for (const Quantity& quantity : list_sampled_quantities(result))
       if (!quantity.samples->allFinite()) (result.*quantity.member).resize(0, 0);
     return result;

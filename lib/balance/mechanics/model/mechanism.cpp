@@ -223,6 +223,7 @@ class MechanismUnion {
     append(union_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinate_offset_; });
     append(union_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinate_offset_; });
     union_.coordinates = list_coordinates(union_.space, union_.joints);
+    union_.torque_distribution.reset();
   }
 
   Mechanism finish() { return std::move(union_); }

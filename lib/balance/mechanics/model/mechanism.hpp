@@ -284,6 +284,57 @@ struct FrictionOf {
   }
 };
 
+/// How one actuator takes part in the distribution of efforts.
+template <class T>
+struct EffortShareOf {
+  T weight = 1;                             ///< > 0, of the actuator's term in what is minimised
+  std::optional<T> lower = {}, upper = {};  ///< least and largest effort [N m or N]
+  std::optional<T> preload = {};  ///< not zero: the effort keeps this sign and at least this magnitude [N m or N]
+
+  /// The larger of `lower` and a positive preload.
+  std::optional<T> lower_bound() const {
+    if (!preload || !(*preload > 0) || (lower && *lower > *preload)) return lower;
+    return preload;
+  }
+  /// The smaller of `upper` and a negative preload.
+  std::optional<T> upper_bound() const {
+    if (!preload || !(*preload < 0) || (upper && *upper < *preload)) return upper;
+    return preload;
+  }
+};
+
+/// What the efforts minimise at every moment. An effort counts as a moment: a force times the characteristic length.
+enum class DistributionMethod {
+  min_norm,  ///< Σ weight · effort²
+  min_peak,  ///< the largest weight · |effort|; of all efforts with the same largest one, Σ (weight · effort)²
+};
+
+/// Which efforts more actuators than degrees of freedom exert. Where none are within the bounds, the largest excess over
+/// a bound is the least possible.
+template <class T>
+struct TorqueDistributionOf {
+  DistributionMethod method = DistributionMethod::min_norm;
+  std::vector<EffortShareOf<T>> shares;  ///< one per actuator
+
+  bool is_weighted() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (!(share.weight == shares.front().weight)) return true;
+    return false;
+  }
+  bool has_limits() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (share.lower || share.upper) return true;
+    return false;
+  }
+  bool has_preload() const {
+    for (const EffortShareOf<T>& share : shares)
+      if (share.preload) return true;
+    return false;
+  }
+  /// Whether the efforts are a linear function of the generalised forces.
+  bool is_linear() const { return method == DistributionMethod::min_norm && !has_limits() && !has_preload(); }
+};
+
 /// Point of interest of one body.
 template <class T>
 struct ToolOf {
@@ -314,7 +365,8 @@ struct MechanismOf {
   std::vector<LoadOf<T>> loads;
   std::vector<SpringOf<T>> springs;
   std::vector<FrictionOf<T>> friction;
-  std::vector<CoordinateId> actuators;  ///< actuated coordinates
+  std::vector<CoordinateId> actuators;                         ///< actuated coordinates
+  std::optional<TorqueDistributionOf<T>> torque_distribution;  ///< none: least norm, without weights and bounds
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
   DisplayUnits units;  ///< for messages and reports
@@ -332,6 +384,8 @@ using Disc = DiscOf<double>;
 using Load = LoadOf<double>;
 using Spring = SpringOf<double>;
 using Friction = FrictionOf<double>;
+using EffortShare = EffortShareOf<double>;
+using TorqueDistribution = TorqueDistributionOf<double>;
 using Tool = ToolOf<double>;
 using CoordinateValue = CoordinateValueOf<double>;
 using Mechanism = MechanismOf<double>;
@@ -345,6 +399,27 @@ bool has_velocity_constraints(const Mechanism& mechanism);
 
 /// Whether a constraint on speeds has a value other than zero, so that its force does work.
 bool has_prescribed_speeds(const Mechanism& mechanism);
+
+/// "least norm", "least weighted peak within limits and with preload".
+template <class T>
+std::string describe_distribution(const std::optional<TorqueDistributionOf<T>>& distribution) {
+  if (!distribution) return "least norm";
+  std::string text = distribution->is_weighted() ? "least weighted " : "least ";
+  text += distribution->method == DistributionMethod::min_norm ? "norm" : "peak";
+  if (distribution->has_limits()) text += " within limits";
+  if (distribution->has_preload()) text += distribution->has_limits() ? " and with preload" : " with preload";
+  return text;
+}
+
+/// Whether the efforts are a linear function of the generalised forces, however many actuators there are.
+inline bool has_linear_efforts(const Mechanism& mechanism) {
+  return !mechanism.torque_distribution || mechanism.torque_distribution->is_linear();
+}
+
+/// Name of a method in the spec language.
+inline const char* name_of(DistributionMethod method) {
+  return method == DistributionMethod::min_norm ? "least-norm" : "least-peak";
+}
 
 /// Characteristic length: the largest distance of a named or joint point from its body's origin or, for the ground,
 /// between two of its points. Always positive. All comparisons with zero are scaled by it.
@@ -415,7 +490,7 @@ inline const char* name_of(JointType type) {
 // Union of mechanisms.
 
 /// Joins mechanisms that share only the ground. Concatenates their lists; names do not change. Space, gravity and tool
-/// are those of the first mechanism. What must vanish for all motions of the union must vanish for all motions of each
+/// are those of the first mechanism; there is no torque distribution. What must vanish for all motions of the union must vanish for all motions of each
 /// mechanism.
 /// @throws std::invalid_argument if `mechanisms` is empty, or if space or gravity differ
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms);
@@ -445,5 +520,6 @@ using model::MechanismOf;
 using model::SpaceKind;
 using model::Spring;
 using model::Tool;
+using model::TorqueDistribution;
 
 }  // namespace balance

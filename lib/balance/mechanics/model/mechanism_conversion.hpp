@@ -73,6 +73,16 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
   }
   to.actuators = from.actuators;
+  if (from.torque_distribution) {
+    const auto optional_number = [&](const std::optional<From>& x) {
+      return x ? std::optional<To>(number(*x)) : std::nullopt;
+    };
+    to.torque_distribution.emplace();
+    to.torque_distribution->method = from.torque_distribution->method;
+    for (const auto& share : from.torque_distribution->shares)
+      to.torque_distribution->shares.push_back({number(share.weight), optional_number(share.lower),
+                                                optional_number(share.upper), optional_number(share.preload)});
+  }
   if (from.tool) to.tool = {from.tool->body, from.tool->point, vector(from.tool->position)};
   for (const auto& rough : from.assembly) to.assembly.push_back({rough.coordinate, number(rough.value)});
   return to;

@@ -273,6 +273,30 @@ void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& i
   }
 }
 
+void check_torque_distribution(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  if (!mechanism.torque_distribution) return;
+  const std::vector<EffortShare>& shares = mechanism.torque_distribution->shares;
+  constexpr auto kind = ValidationIssueKind::torque_distribution;
+  if (shares.size() != mechanism.actuators.size())
+    return ElementValidator(ElementKind::mechanism, 0, mechanism.name, issues)
+        .add(kind, "the torque distribution must have one share for each of the " +
+                       std::to_string(mechanism.actuators.size()) + " actuators, has " + std::to_string(shares.size()));
+  for (std::size_t a = 0; a < shares.size(); ++a) {
+    const EffortShare& share = shares[a];
+    ElementValidator faults(ElementKind::actuator, a, "", issues);
+    if (faults.check_finite(share.weight, "the weight") && !(share.weight > 0))
+      faults.add(kind, "the weight must be positive, is " + format_element(share.weight));
+    bool is_finite = true;
+    for (const auto& bound : {share.lower, share.upper, share.preload})
+      is_finite = (!bound || faults.check_finite(*bound, "the bound of the effort")) && is_finite;
+    if (share.preload && *share.preload == 0) faults.add(kind, "the preload must not be zero");
+    const std::optional<double> lower = share.lower_bound(), upper = share.upper_bound();
+    if (is_finite && lower && upper && *lower > *upper)
+      faults.add(kind, "limits and preload contradict each other: the effort would be at least " +
+                           format_element(*lower) + " and at most " + format_element(*upper));
+  }
+}
+
 void check_references(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   std::set<CoordinateId> actuated;
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
@@ -310,6 +334,7 @@ std::vector<ValidationIssue> validate(const Mechanism& mechanism) {
   check_springs(mechanism, issues);
   check_friction(mechanism, issues);
   check_references(mechanism, issues);
+  check_torque_distribution(mechanism, issues);
   return issues;
 }
 

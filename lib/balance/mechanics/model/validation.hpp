@@ -62,6 +62,7 @@ enum class ValidationIssueKind {
   negative_number,           ///< stiffness, free length, friction, or a radius that is not positive
   breakaway_below_coulomb,   ///< static friction below sliding friction
   out_of_plane,              ///< numbers of a planar mechanism are not in its plane
+  torque_distribution,       ///< not one share per actuator, a weight that is not positive, or bounds that contradict
 };
 
 /// The list of the mechanism that an element belongs to.

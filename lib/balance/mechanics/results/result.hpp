@@ -5,6 +5,7 @@
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/results/term_magnitudes.hpp"
+#include "balance/mechanics/results/torque_distribution_record.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"
 
@@ -109,6 +110,7 @@ struct RunResult {
   double energy = 0;                         ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
   std::optional<trajectory::CorridorResult>
       corridor_result;  ///< if the path was optimised in a corridor; not read from files
+  std::optional<TorqueDistributionRecord> torque_distribution;  ///< if the mechanism states one; not read from files
 
   /// The samples besides the rows that the metrics rest on: both sides of every jump; not in files. Null: unknown.
   std::shared_ptr<const IntermediateSamples> intermediate;

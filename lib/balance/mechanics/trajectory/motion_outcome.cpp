@@ -93,9 +93,19 @@ std::string describe_under_actuation(int motors, int freedoms) {
          " degrees of freedom; name as many coordinates in `actuators`";
 }
 
-std::string describe_over_actuation(int motors, int freedoms) {
+std::string describe_over_actuation(int motors, int freedoms, const std::string& distribution) {
   return "over-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
-         " degrees of freedom; the efforts are those of least norm";
+         " degrees of freedom; the efforts are those of " + distribution;
+}
+
+std::string describe_nonlinear_efforts(const std::string& what) {
+  return "torque_distribution: the efforts are not a sum of " + what +
+         " unless the method is least-norm without limits and preload";
+}
+
+std::string describe_determined_efforts(int motors, int freedoms) {
+  return "torque_distribution: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
+         " degrees of freedom leave no choice; the efforts are only compared with limits and preloads";
 }
 
 std::string describe_over_constraint() {

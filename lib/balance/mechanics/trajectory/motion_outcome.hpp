@@ -60,7 +60,12 @@ MotionOutcome make_overflow_outcome(double time, const std::string& what, const 
 std::string describe_flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates);
 
 std::string describe_under_actuation(int motors, int freedoms);
-std::string describe_over_actuation(int motors, int freedoms);
+/// @param distribution describe_distribution() of the mechanism's
+std::string describe_over_actuation(int motors, int freedoms, const std::string& distribution);
+/// @param what that only linear efforts have: "parts"
+std::string describe_nonlinear_efforts(const std::string& what);
+/// A torque distribution has no effect.
+std::string describe_determined_efforts(int motors, int freedoms);
 std::string describe_over_constraint();
 std::string describe_locked_freedom(const Mechanism& mechanism, const model::PassiveFreedom& spin);
 

@@ -274,6 +274,9 @@ class ClosedLoopRun {
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
     warn_of_tracking_loss();
+    if (result_.time.size() > 0 && is_inverse_dynamics_based(controller_))
+      record_torque_distribution(mechanism_, intermediate_samples_.rows, intermediate_samples_.next_sample.size(),
+                                 results::EffortOrigin::controller, result_);
     result_.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples_));
     return std::move(result_);
   }

@@ -222,6 +222,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   }
   for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
   compute_coupling_map();
+  if (model_mechanism_->torque_distribution) distribution_ = model::scale_distribution(*model_mechanism_, length_);
 }
 
 void ControlLaw::change_model(double time, const Mechanism& model) {
@@ -257,7 +258,14 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
             "the controller has " + std::to_string(task_->size()) + " speeds for " + std::to_string(model_.freedoms()) +
                 " degrees of freedom: as many are needed",
             {}};
-  return set_gains(basis);
+  MotionOutcome result = set_gains(basis);
+  if (distribution_ && is_inverse_dynamics_based(controller_))
+    notes_.push_back(
+        motors > model_.freedoms()
+            ? trajectory::describe_over_actuation(motors, model_.freedoms(),
+                                                  model::describe_distribution(model_mechanism_->torque_distribution))
+            : trajectory::describe_determined_efforts(motors, model_.freedoms()));
+  return result;
 }
 
 MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
@@ -430,16 +438,19 @@ bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
 /// Adds efforts that give the independent coordinates these accelerations at the model's state.
 bool ControlLaw::add_independent_acceleration_efforts(const VectorX& independent) {
   const dynamics::EquationOfMotion equation = model_.equation();
-  VectorX efforts;
-  if (!solve_full_row_rank(equation.input, equation.mass * independent + equation.bias, efforts)) return false;
-  efforts_ += efforts;
-  return true;
+  return distribute(equation.input, equation.mass * independent + equation.bias);
 }
 
 /// Adds efforts that are equivalent to generalised forces on the independent coordinates.
 bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
+  return distribute(model_.equation().input, generalised);
+}
+
+/// Adds efforts u with input · u = forces.
+bool ControlLaw::distribute(const MatrixX& input, const VectorX& forces) {
   VectorX efforts;
-  if (!solve_full_row_rank(model_.equation().input, generalised, efforts)) return false;
+  if (!solve_full_row_rank(input, forces, efforts)) return false;
+  if (distribution_ && input.cols() > input.rows()) efforts = solve_distribution(*distribution_, input, forces);
   efforts_ += efforts;
   return true;
 }

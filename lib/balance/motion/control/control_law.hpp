@@ -3,6 +3,7 @@
 /// 1.3; derivations and proofs are in docs/control.md.
 
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
+#include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/motion/control/task_speeds.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 
@@ -113,6 +114,7 @@ class ControlLaw {
   bool add_independent_acceleration_efforts(const VectorX& independent);
   bool apply_computed_torque_in_speeds(double time, const DesiredState& desired);
   bool add_generalised_forces(const VectorX& generalised);
+  bool distribute(const MatrixX& input, const VectorX& forces);
   bool compensate_gravity(double time, const VectorX& position);
   bool apply_computed_torque(double time, const DesiredState& desired, const VectorX& position,
                              const VectorX& velocity);
@@ -127,10 +129,11 @@ class ControlLaw {
   const Mechanism* model_mechanism_;
   std::optional<EffortProfile> effort_profile_;  ///< for an open loop, without limits
   dynamics::ForwardDynamics model_;
-  std::optional<TaskSpeeds> task_;  ///< of a controller with speeds
-  double length_;                   ///< characteristic [m]
-  VectorX state_, rates_;           ///< of the model, per coordinate
-  MatrixX coupling_map_;            ///< maps motions of the actuated coordinates to all coordinates coupled to them
+  std::optional<TaskSpeeds> task_;                                 ///< of a controller with speeds
+  double length_;                                                  ///< characteristic [m]
+  std::optional<model::ScaledDistribution<double>> distribution_;  ///< of the model's efforts; none: least norm
+  VectorX state_, rates_;                                          ///< of the model, per coordinate
+  MatrixX coupling_map_;  ///< maps motions of the actuated coordinates to all coordinates coupled to them
   VectorX kp_, kd_, lambda_, k_;
   std::vector<CoordinateId> sliding_;
   std::vector<bool>

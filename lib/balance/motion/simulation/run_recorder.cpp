@@ -75,6 +75,8 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
     result.outcome.notes.push_back(note);
   for (std::string& note : motion_notes()) result.outcome.notes.push_back(std::move(note));
   add_payload_notes(mechanism_, motion.duration(), result);
+  record_torque_distribution(mechanism_, intermediate_samples.rows, intermediate_samples.next_sample.size(),
+                             results::EffortOrigin::motion, result);
   result.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples));
   return result;
 }

@@ -268,6 +268,20 @@ MotionOutcome replace_time_prefix(MotionOutcome outcome) {
   return outcome;
 }
 
+/// Whether it depends on how efforts are distributed over redundant actuators.
+bool depends_on_distribution(const LimitableQuantity& quantity) {
+  for (const char* name : {"torque", "total_torque", "joint_force", "joint_moment"})
+    if (quantity.name.starts_with(name)) return true;
+  return false;
+}
+
+std::string describe_unlimitable(const std::string& quantity) {
+  return "torque_distribution: a law with a limit of '" + quantity +
+         "' can only be found for the method least-norm without limits and preload, where the efforts are linear in "
+         "the "
+         "forces";
+}
+
 bool needs_all_details(const LimitableQuantity& quantity) {
   for (const char* name : {"com_velocity", "joint_force", "joint_moment", "kinetic_energy", "shaking_moment_com"})
     if (quantity.name.starts_with(name)) return true;
@@ -280,8 +294,14 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   PathDynamicsSamplerOf(const Mechanism& mechanism, const Trajectory& trajectory,
                         const std::vector<LimitableQuantity>& quantities)
       : mechanism_(mechanism), trajectory_(reparametrise_by_path(trajectory)), path_(mechanism, trajectory_) {
-    outcome_ = make_source().outcome();
+    dynamics::TreeMotionSource<S> source = make_source();
+    outcome_ = source.outcome();
     if (outcome_.status != MotionStatus::done) return;
+    const auto limited = std::find_if(quantities.begin(), quantities.end(), depends_on_distribution);
+    if (limited != quantities.end() && !source.evaluator().actuation().has_linear_projection()) {
+      outcome_ = {MotionStatus::mismatch, 0, describe_unlimitable(limited->name), {}};
+      return;
+    }
     if (!is_moving()) {
       outcome_ = {MotionStatus::limits_not_held, 0, "the path ends where it begins, and nothing moves on it", {}};
       return;

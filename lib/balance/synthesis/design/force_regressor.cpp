@@ -338,6 +338,8 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
     if (component == components.end()) return std::nullopt;
     quantity->component = static_cast<int>(component - components.begin());
   }
+  if (quantity && (quantity->of_actuators() || quantity->of_joints()) && !has_linear_efforts(mechanism))
+    return std::nullopt;
   if (!quantity || point.empty()) return quantity;
   const std::optional<model::Landmark> landmark = find_landmark(mechanism, point);
   if (!landmark || (quantity->kind != Kind::shaking_moment && quantity->kind != Kind::ground_moment))

@@ -106,6 +106,11 @@ VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings
   }
   for (const Load& load : mechanism.loads) all.add(load.point);
   if (mechanism.tool) all.add(mechanism.tool->position);
+  if (mechanism.torque_distribution)  // the efforts are not linear in its numbers
+    for (const model::EffortShare& share : mechanism.torque_distribution->shares) {
+      all.add(share.weight);
+      for (const std::optional<double>& bound : {share.lower, share.upper, share.preload}) all.add(bound.value_or(0));
+    }
   return all.finish();
 }
 

@@ -1,157 +1,120 @@
 #include "balance/synthesis/formulas/closure_solution.hpp"
 
+#include "balance/synthesis/formulas/reduced_equations.hpp"
+#include "balance/synthesis/formulas/symbolic_recursion.hpp"
+
 #include <algorithm>
-#include <cstdlib>
-#include <map>
 
 namespace balance::formulas {
 
 namespace {
 
-/// Larger systems are not solved: the determinant becomes longer than the closures.
-constexpr std::size_t max_solved_closures = 4;
+void append(SheetSection& section, SheetFormula formula) {
+  section.terms += formula.value.size();
+  section.formulas.push_back(std::move(formula));
+}
 
-Polynomial determinant(const Matrix& A) {
-  if (A.empty()) return {1};
-  Polynomial sum;
-  for (std::size_t j = 0; j < A.size(); ++j) {
-    if (A[0][j].is_zero()) continue;
-    Matrix minor;
-    for (std::size_t i = 1; i < A.size(); ++i) {
-      minor.emplace_back(A[i]);
-      minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(j));
-    }
-    const Polynomial product = A[0][j] * determinant(minor);
-    sum = j % 2 == 0 ? sum + product : sum - product;
+/// Angular velocity of a frame in its own axes for a unit rate of one column.
+Vector frame_rotation(const SymbolicTree& tree, const std::vector<FrameOf<Polynomial>>& frames, int frame, int column) {
+  std::vector<int> chain;
+  for (int k = frame; k > 0; k = tree.frames[static_cast<std::size_t>(k)].parent) chain.push_back(k);
+  Vector w;
+  for (std::size_t k = chain.size(); k-- > 0;) {
+    const SymbolicFrame& at = tree.frames[static_cast<std::size_t>(chain[k])];
+    w = to_frame(frames[static_cast<std::size_t>(chain[k])], w);
+    if (at.variable < 0 || at.angle < 0) continue;
+    for (const auto& [follows, ratio] : tree.variables[static_cast<std::size_t>(at.variable)].follows)
+      if (follows == column) w[static_cast<std::size_t>(at.axis)] += at.sign > 0 ? ratio : -ratio;
   }
-  return sum;
+  return w;
 }
 
-/// Adds a multiple of a relation, which is zero, to an argument.
-CircularFunction apply_relation(const CircularFunction& function, const AngleRelation& relation, int times) {
-  std::map<int, int> argument(function.argument.begin(), function.argument.end());
-  for (const auto& [angle, multiple] : relation.multiples) argument[angle] += times * multiple;
-  argument[relation.angle] -= times;
-  CircularFunction shifted{function.group, function.is_sine, {}};
-  for (const auto& [angle, multiple] : argument)
-    if (multiple != 0) shifted.argument.emplace_back(angle, multiple);
-  return shifted;
+/// Rows of C below those of the tree.
+void add_disc_rows(Ring& ring, const SymbolicEquations& e, const ClosureElimination& elimination, std::size_t labels,
+                   SheetSection& section) {
+  PolynomialFactory make{ring};
+  const std::vector<FrameOf<Polynomial>> frames = make_frames<Polynomial>(e.tree, make);
+  const std::size_t n = e.tree.columns.size();
+  std::size_t row = n;
+  for (const DiscFrame& disc : e.tree.discs) {
+    Matrix w;
+    for (std::size_t c = 0; c < n; ++c) {
+      const Vector rotation = frame_rotation(e.tree, frames, disc.frame, static_cast<int>(c));
+      w.push_back({rotation[0], rotation[1], rotation[2]});
+    }
+    for (std::size_t axis = e.tree.is_planar ? 2 : 0; axis < 3; ++axis, ++row)
+      for (std::size_t u = 0; u < elimination.independent().size(); ++u) {
+        SheetFormula formula{"C", index_text({row, u}, labels), {}, 1, ""};
+        for (std::size_t c = 0; c < n; ++c) formula.value += w[c][axis] * elimination.rate(c, u);
+        if (formula.value.is_zero())
+          section.zero.push_back(formula.label());
+        else
+          append(section, std::move(formula));
+      }
+  }
 }
 
-int argument_length(const CircularFunction& function) {
-  int length = 0;
-  for (const auto& [angle, multiple] : function.argument) length += std::abs(multiple);
-  return length;
+std::string solved_heading(const SymbolicEquations& e) {
+  const std::string columns =
+      e.closure.empty() ? "" : "the rate of coordinate i is the sum of C_ij times the rate of the j-th independent one";
+  if (e.tree.discs.empty()) return "Closures solved: " + columns;
+  std::string names;
+  for (const DiscFrame& disc : e.tree.discs) names += (names.empty() ? "" : ", ") + disc.name;
+  const std::string rows = "the rows from " + std::to_string(e.tree.columns.size() + 1) +
+                           " on are the rotations of the discs " + names +
+                           (e.tree.is_planar ? "" : ", each about the axes x, y, z that turn with it") + " (P1 eq. 24)";
+  return e.closure.empty() ? "Discs: C_ij times the rates of the coordinates; " + rows
+                           : "Closures solved: " + columns + "; " + rows;
 }
 
 }  // namespace
 
-Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
-  std::vector<Term> terms;
-  for (const Term& term : p.terms()) {
-    Term best = term;
-    if (term.wave != 0) {
-      TrigonometricMonomial trig = p.ring()->wave(term.wave);
-      for (CircularFunction& function : trig)
-        for (const AngleRelation& relation : tree.relations)
-          for (const int times : {-2, -1, 1, 2}) {
-            if (p.ring()->angle(relation.angle).group != function.group) continue;
-            const CircularFunction shifted = apply_relation(function, relation, times);
-            if (argument_length(shifted) < argument_length(function)) function = shifted;
-          }
-      best.wave = p.ring()->canonicalise(std::move(trig), best.coefficient);
-    }
-    terms.push_back(best);
-  }
-  return Polynomial::of_terms(p.ring(), std::move(terms));
-}
-
-std::vector<SheetFormula> solve_closures(const SymbolicEquations& e, const std::vector<int>& independent) {
-  const std::size_t rows = e.A.size(), columns = e.tree.columns.size();
-  std::vector<std::size_t> dependent;
-  for (std::size_t c = 0; c < columns; ++c)
-    if (std::find(independent.begin(), independent.end(), static_cast<int>(c)) == independent.end())
-      dependent.push_back(c);
-  if (rows == 0 || rows > max_solved_closures || dependent.size() != rows) return {};
-  /// The dependent columns, one of which is replaced by −(column of an independent one).
-  const auto replace_column = [&](std::size_t replaced, std::size_t replacement) {
-    Matrix B(rows);
-    for (std::size_t i = 0; i < rows; ++i)
-      for (std::size_t j = 0; j < rows; ++j)
-        B[i].push_back(j == replaced ? -e.A[i][replacement] : e.A[i][dependent[j]]);
-    return B;
+SheetSection make_solved_section(Ring& ring, const SymbolicEquations& e, const ClosureElimination& elimination) {
+  SheetSection section{SheetSectionKind::solved, solved_heading(e), {}, {}, 0};
+  const std::size_t n = e.tree.columns.size(), rows = n + e.tree.discs.size() * (e.tree.is_planar ? 1 : 3);
+  const std::size_t labels = std::max(n, rows);
+  const std::vector<SheetFormula>& steps = elimination.rate_steps();
+  const auto is_rate = [&](const SheetFormula& step, std::size_t c, std::size_t u) {
+    return step.symbol >= 0 && elimination.rate(c, u) == Polynomial::of_symbol(ring, step.symbol);
   };
-  const Polynomial det = shorten_angle_sums(e.tree, determinant(replace_column(rows, 0)));
-  if (det.is_zero()) return {};
-  std::vector<SheetFormula> solved{{"Delta", "", det, Polynomial(1), ""}};
-  for (const std::size_t d : std::vector<std::size_t>(dependent)) {
-    const auto replaced_index =
-        static_cast<std::size_t>(std::find(dependent.begin(), dependent.end(), d) - dependent.begin());
-    for (std::size_t u = 0; u < independent.size(); ++u) {
-      const auto replacement = static_cast<std::size_t>(independent[u]);
-      Polynomial numerator = shorten_angle_sums(e.tree, determinant(replace_column(replaced_index, replacement)));
-      if (numerator.is_zero()) continue;
-      const bool has_name = det.size() > 1;
-      solved.push_back({"C", index_text({d, u}, columns), std::move(numerator), det, has_name ? "Delta" : ""});
+  // in closed form, C does not depend on other entries of C, and is listed by rows
+  for (const SheetFormula& step : steps)
+    if (!elimination.is_closed_form() || step.name.starts_with("Delta")) append(section, step);
+  for (std::size_t c = 0; c < n; ++c)
+    for (std::size_t u = 0; u < elimination.independent().size(); ++u) {
+      const Polynomial& rate = elimination.rate(c, u);
+      const auto step =
+          std::find_if(steps.begin(), steps.end(), [&](const SheetFormula& one) { return is_rate(one, c, u); });
+      const bool is_independent = static_cast<int>(c) == elimination.independent()[u];
+      if (step == steps.end() && !rate.is_zero() && !is_independent)
+        append(section, {"C", index_text({c, u}, n), rate, 1, ""});
+      else if (step != steps.end() && elimination.is_closed_form())
+        append(section, *step);
     }
-  }
-  if (det.size() == 1) solved.erase(solved.begin());
-  return solved;
-}
-
-std::vector<int> list_independent_columns(const Mechanism& mechanism, const SymbolicEquations& e) {
-  std::vector<int> columns;
-  const std::size_t freedoms = e.M.size() - std::min(e.A.size(), e.M.size());
-  for (const int actuator : mechanism.actuators)
-    for (std::size_t c = 0; c < e.M.size(); ++c)
-      if (e.tree.coordinates[c] == actuator) columns.push_back(static_cast<int>(c));
-  for (std::size_t c = 0; columns.size() < freedoms && c < e.M.size(); ++c)
-    if (std::find(columns.begin(), columns.end(), static_cast<int>(c)) == columns.end())
-      columns.push_back(static_cast<int>(c));
-  std::sort(columns.begin(), columns.end());
-  return columns;
+  add_disc_rows(ring, e, elimination, labels, section);
+  return section;
 }
 
 namespace {
 
-/// C of the dependent columns: numerators over one determinant.
-struct ClosureRates {
-  Matrix C;  ///< columns × independent ones
-  Polynomial determinant = 1;
-};
-
-ClosureRates find_closure_rates(const SymbolicEquations& e, const std::vector<int>& independent) {
-  const std::size_t n = e.tree.columns.size();
-  ClosureRates rates{Matrix(n, Row(independent.size())), 1};
-  const std::vector<SheetFormula> solved = solve_closures(e, independent);
-  if (!e.closure.empty() && solved.empty()) throw FormulaError("the closures are not solved in closed form");
-  for (const SheetFormula& formula : solved) {
-    if (formula.name != "C") continue;
-    rates.determinant = formula.denominator;
-    for (std::size_t c = 0; c < n; ++c)
-      for (std::size_t u = 0; u < independent.size(); ++u)
-        if (formula.indices == index_text({c, u}, n)) rates.C[c][u] = formula.value;
-  }
-  return rates;
-}
-
 class EffortSection {
  public:
-  EffortSection(const Mechanism& mechanism, const SymbolicEquations& equations, const SolvedConditions* solved)
-      : e_(equations),
+  EffortSection(Ring& ring, const SymbolicEquations& equations, const ClosureElimination& elimination,
+                const SolvedConditions* solved)
+      : ring_(ring),
+        e_(equations),
+        elimination_(elimination),
         solved_(solved),
         n_(equations.tree.columns.size()),
-        independent_(list_independent_columns(mechanism, equations)),
-        rates_(find_closure_rates(equations, independent_)) {}
+        independent_(elimination.independent()) {}
 
   SheetSection make() {
-    std::string names;
-    for (const int column : independent_)
-      names += (names.empty() ? "" : ", ") + e_.tree.columns[static_cast<std::size_t>(column)];
     section_.section = SheetSectionKind::efforts;
-    section_.heading = "Torques of " + names +
+    section_.heading = "Torques of " + independent_names(e_, independent_) +
                        " that move the mechanism: that of the i-th has U_ij times the acceleration of coordinate j, "
                        "U_ijk times the rates of j and k, for both orders, and U_i";
+    if (!elimination_.is_closed_form())
+      for (const SheetFormula& step : elimination_.rate_steps()) append(section_, step);
     for (std::size_t u = 0; u < independent_.size(); ++u) {
       for (std::size_t j = 0; j < n_; ++j) add(u, {j}, [&](std::size_t c) { return e_.M[c][j]; });
       for (std::size_t j = 0; j < n_; ++j)
@@ -175,24 +138,34 @@ class EffortSection {
     return text;
   }
 
+  /// C of a dependent column: in closed form a numerator and a denominator, otherwise the symbol that the steps define.
+  std::pair<Polynomial, Polynomial> rate(std::size_t c, std::size_t u) const {
+    const Polynomial& symbol = elimination_.rate(c, u);
+    if (elimination_.is_closed_form())
+      for (const SheetFormula& step : elimination_.rate_steps())
+        if (symbol == Polynomial::of_symbol(ring_, step.symbol)) return {step.value, step.denominator};
+    return {symbol, 1};
+  }
+
   /// @param entry of each column of the tree
   template <class Entry>
   void add(std::size_t u, const std::vector<std::size_t>& columns, const Entry& entry) {
     SheetFormula formula{"U", indices_of(u, columns), {}, 1, ""};
-    const RationalFunction own = with_solution(entry(static_cast<std::size_t>(independent_[u])));
+    const auto independent = static_cast<std::size_t>(independent_[u]);
+    const RationalFunction own = with_solution(entry(independent));
     const auto polynomial = as_polynomial(own);
     formula.value = polynomial ? *polynomial : own.numerator;
     if (!polynomial) formula.denominator = own.denominator;
     section_.terms += formula.value.size();
     for (std::size_t c = 0; c < n_; ++c) {
-      if (rates_.C[c][u].is_zero()) continue;
+      if (c == independent || elimination_.rate(c, u).is_zero()) continue;
       const RationalFunction factor = with_solution(entry(c));
       if (factor.is_zero()) continue;
+      const auto [numerator, denominator] = rate(c, u);
       const auto factor_polynomial = as_polynomial(factor);
-      formula.products.push_back({rates_.C[c][u],
-                                  factor_polynomial ? rates_.determinant : rates_.determinant * factor.denominator,
+      formula.products.push_back({numerator, factor_polynomial ? denominator : denominator * factor.denominator,
                                   factor_polynomial ? *factor_polynomial : factor.numerator});
-      section_.terms += rates_.C[c][u].size() + formula.products.back().factor.size();
+      section_.terms += numerator.size() + formula.products.back().factor.size();
     }
     if (formula.value.is_zero() && formula.products.empty())
       section_.zero.push_back(formula.label());
@@ -200,19 +173,20 @@ class EffortSection {
       section_.formulas.push_back(std::move(formula));
   }
 
+  Ring& ring_;
   const SymbolicEquations& e_;
+  const ClosureElimination& elimination_;
   const SolvedConditions* solved_;
   std::size_t n_;
-  std::vector<int> independent_;
-  ClosureRates rates_;
+  const std::vector<int>& independent_;
   SheetSection section_;
 };
 
 }  // namespace
 
-SheetSection make_effort_section(const Mechanism& mechanism, const SymbolicEquations& equations,
+SheetSection make_effort_section(Ring& ring, const SymbolicEquations& equations, const ClosureElimination& elimination,
                                  const SolvedConditions* solved) {
-  return EffortSection(mechanism, equations, solved).make();
+  return EffortSection(ring, equations, elimination, solved).make();
 }
 
 }  // namespace balance::formulas

@@ -115,7 +115,7 @@ void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_l
   const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
   clear_static_round_off(units, scales, terms.rest);
-  for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
+  for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation, &terms.discs})
     clear_relative_round_off(*matrix);
   const double largest = numerics::max_abs(terms.transformation);
   for (MatrixX& form : terms.acceleration)
@@ -200,6 +200,7 @@ class EquationsReporter {
     at_.redundant = terms_.redundant();
     at_.has_rate_constraints = model::has_velocity_constraints(mechanism_);
     at_.closures = terms_.closures();
+    at_.disc_rows = terms_.disc_rows();
     at_.notes = terms_.notes();
     at_.torque_scale = scales_.gravity_moment;
   }
@@ -358,6 +359,7 @@ void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out)
   out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d),
       out.static_terms.resize(N, d);
   out.transformation.resize(N, n * d);
+  out.discs.resize(N, static_cast<Eigen::Index>(out.disc_rows.size()) * d);
   out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
   out.parts.resize(N, actuators * static_cast<Eigen::Index>(dynamics::effort_part_names.size()));
 }
@@ -371,6 +373,7 @@ void write_row(const dynamics::IndependentTerms& terms, const dynamics::Redundan
     write_matrix_row(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
   out.static_terms.row(k) = terms.static_terms.sum();
   write_matrix_row(loops.transformation, 0, out.transformation.row(k));
+  write_matrix_row(loops.discs, 0, out.discs.row(k));
   write_matrix_row(loops.constraints, 0, out.constraints.row(k));
   if (loops.rate_offset.size() == 0) return;
   out.rate_offset.conservativeResize(out.transformation.rows(), loops.rate_offset.size());
@@ -400,6 +403,7 @@ EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at) {
   out.independent = at.independent;
   out.redundant = at.redundant;
   out.closures = at.closures;
+  out.disc_rows = at.disc_rows;
   out.time = VectorX::Zero(1);
   size_arrays(1, static_cast<Eigen::Index>(at.actuators.size()), out);
   write_row(*at.terms, *at.loops, 0, out);
@@ -425,6 +429,7 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
     out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
   out.redundant = terms.redundant();
   out.closures = terms.closures();
+  out.disc_rows = terms.disc_rows();
   const Eigen::Index N = states.q.rows();
   out.time = result.time;
   out.position = states.q;

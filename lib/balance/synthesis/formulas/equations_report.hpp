@@ -34,6 +34,7 @@ struct EquationsAtConfiguration {
   std::vector<bool> is_length;           ///< per independent coordinate: whether it is a length
   std::vector<std::string> redundant;    ///< n names
   std::vector<std::string> closures;     ///< per closure row: its joint
+  std::vector<std::string> disc_rows;    ///< per row of RedundantTerms::discs
   std::vector<std::string> actuators;
   std::vector<bool> is_force;  ///< per actuator: whether its effort is a force
   VectorX configuration;       ///< of all coordinates of the mechanism
@@ -69,7 +70,7 @@ EquationsReport compute_equations_at(const Mechanism& mechanism, const Equations
 /// The matrices at every sample of a run. Row k belongs to result.time[k]; matrices are stored row by row.
 struct EquationsAlongRun {
   MotionOutcome outcome;
-  std::vector<std::string> independent, redundant, closures;
+  std::vector<std::string> independent, redundant, closures, disc_rows;
   VectorX time;            ///< N [s]
   Samples position;        ///< N×d: the independent coordinates
   Samples mass;            ///< N×(d d)
@@ -77,6 +78,7 @@ struct EquationsAlongRun {
   Samples viscous;         ///< N×(d d)
   Samples static_terms;    ///< N×d
   Samples transformation;  ///< N×(n d)
+  Samples discs;           ///< N×(disc rows d)
   Samples rate_offset;     ///< N×n; empty unless constraints prescribe speeds
   Samples constraints;     ///< N×(closure rows n)
   Samples parts;           ///< N×(actuators parts); empty if there is no breakdown of the efforts

@@ -44,12 +44,11 @@ std::string strip_affixes(std::string text, const std::string& begin, const std:
 ProgramInterpreter::ProgramInterpreter(const std::string& text, Language language, std::size_t columns)
     : is_c_(language == Language::c), columns_(columns) {
   Statements* function = nullptr;
+  const std::string head = is_c_ ? "static void " : "def ";
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with(is_c_ ? "static void prepare(" : "def prepare("))
-      function = &prepare_statements_;
-    else if (line.starts_with(is_c_ ? "static void torques(" : "def torques("))
-      function = &torque_statements_;
+    if (line.starts_with(head) && line.find('(') != std::string::npos)
+      function = &functions_[line.substr(head.size(), line.find('(') - head.size())];
     else if (!line.empty() && line[0] != ' ')
       function = nullptr;
     const std::size_t equals_sign = line.find(" = ");
@@ -59,7 +58,8 @@ ProgramInterpreter::ProgramInterpreter(const std::string& text, Language languag
     function->emplace_back(strip_affixes(line.substr(begin, equals_sign - begin), "const double ", ""),
                            strip_affixes(line.substr(equals_sign + 3), "", ";"));
   }
-  if (torque_statements_.empty()) throw FormulaError("the program has no statements");
+  if (functions_["torques"].empty() && functions_["tree_torques"].empty())
+    throw FormulaError("the program has no statements");
 }
 
 void ProgramInterpreter::set_parameter(const std::string& name, double value) {
@@ -72,18 +72,25 @@ void ProgramInterpreter::execute(const Statements& statements) {
     values_[target] = FormulaParser<double, StatementEvaluator>(expression, factory).read();
 }
 
-void ProgramInterpreter::set_array(const char* list, const std::vector<double>& values) {
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values_[std::string(list) + "[" + std::to_string(i) + "]"] = values[i];
+std::vector<std::vector<double>> ProgramInterpreter::call(
+    const std::string& function, const std::map<std::string, std::vector<double>>& arguments,
+    const std::vector<std::pair<std::string, std::size_t>>& results) {
+  const auto element = [](const std::string& list, std::size_t i) { return list + "[" + std::to_string(i) + "]"; };
+  for (const auto& [list, values] : arguments)
+    for (std::size_t i = 0; i < values.size(); ++i) values_[element(list, i)] = values[i];
+  execute(functions_.at(function));
+  std::vector<std::vector<double>> found;
+  for (const auto& [list, size] : results) {
+    found.emplace_back();
+    for (std::size_t i = 0; i < size; ++i) found.back().push_back(values_.at(element(list, i)));
+  }
+  return found;
 }
 
 std::vector<double> ProgramInterpreter::compute_torques(const std::vector<double>& q, const std::vector<double>& dq,
                                                         const std::vector<double>& ddq) {
-  set_array("q", q), set_array("dq", dq), set_array("ddq", ddq);
-  execute(torque_statements_);
-  std::vector<double> torques;
-  for (std::size_t i = 0; i < columns_; ++i) torques.push_back(values_.at("tau[" + std::to_string(i) + "]"));
-  return torques;
+  const char* function = functions_["tree_torques"].empty() ? "torques" : "tree_torques";
+  return call(function, {{"q", q}, {"dq", dq}, {"ddq", ddq}}, {{"tau", columns_}})[0];
 }
 
 namespace {

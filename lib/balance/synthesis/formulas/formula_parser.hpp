@@ -23,19 +23,23 @@ class ProgramInterpreter {
   /// Sets one of the mechanism's numbers by the name of its symbol. Numbers that the program does not use are ignored.
   void set_parameter(const std::string& name, double value);
   /// Call after setting numbers.
-  void prepare() { execute(prepare_statements_); }
+  void prepare() { execute(functions_.at("prepare")); }
+  /// The first array is `tau` of the function `torques` or, with loops, of `tree_torques`.
   std::vector<double> compute_torques(const std::vector<double>& q, const std::vector<double>& dq,
                                       const std::vector<double>& ddq);
+  /// Calls a function without branches. @param arguments arrays by name @param results their names and sizes
+  std::vector<std::vector<double>> call(const std::string& function,
+                                        const std::map<std::string, std::vector<double>>& arguments,
+                                        const std::vector<std::pair<std::string, std::size_t>>& results);
 
  private:
   using Statements = std::vector<std::pair<std::string, std::string>>;  ///< target, expression
   void execute(const Statements& statements);
-  void set_array(const char* list, const std::vector<double>& values);
 
   bool is_c_;
   std::size_t columns_;
-  Statements prepare_statements_, torque_statements_;
-  std::map<std::string, double> values_;  ///< by name as the program writes it: `p->l1`, `k[3]`
+  std::map<std::string, Statements> functions_;  ///< those that return nothing, or what they compute
+  std::map<std::string, double> values_;         ///< by name as the program writes it: `p->l1`, `k[3]`
 };
 
 /// `Maker` makes the values: number(text), name(text), call(function, argument), power(base, integer), quotient(a, b).

@@ -15,6 +15,9 @@ namespace {
 
 constexpr int max_nesting_depth = 7;
 
+/// In letters of LaTeX: longer ones stand behind the fraction, where lines can be broken.
+constexpr std::size_t max_latex_numerator = 120;
+
 Polynomial divided_by(const Polynomial& p, const Term& common) {
   std::vector<Term> terms;
   for (const Term& term : p.terms())
@@ -495,8 +498,13 @@ FormulaPrinter::Printed FormulaPrinter::term(const Monomial& monomial, Rational 
 
 namespace {
 
+/// Names of several letters in LaTeX keep their distance from what stands beside them.
 void append_factor(std::string& product, const std::string& factor) {
-  if (!factor.empty()) product += (product.empty() ? "" : " ") + factor;
+  if (factor.empty()) return;
+  const bool is_word = factor.find("\\mathrm{") < 2 ||
+                       product.compare(std::min(product.rfind(' ') + 1, product.size()), 8, "\\mathrm{") == 0;
+  if (!product.empty()) product += is_word ? " \\, " : " ";
+  product += factor;
 }
 
 /// Whether several factors stand side by side outside brackets.
@@ -564,7 +572,11 @@ FormulaPrinter::Printed FormulaPrinter::bracketed(Printed inner) const {
 
 FormulaPrinter::Printed FormulaPrinter::divided(const Printed& numerator, Printed denominator) const {
   const int size = numerator.size + denominator.size;
-  if (style_ == PrintStyle::latex) return {"\\frac{" + numerator.text + "}{" + denominator.text + "}", size, false};
+  if (style_ == PrintStyle::latex) {
+    if (numerator.text.size() > max_latex_numerator)
+      return {"\\frac{1}{" + denominator.text + "} " + bracketed(numerator).text, size, false};
+    return {"\\frac{" + numerator.text + "}{" + denominator.text + "}", size, false};
+  }
   denominator.is_sum = denominator.is_sum || denominator.is_quotient;
   std::string under = numerator.is_quotient ? numerator.under : "";
   append_factor(under, bracketed(denominator).text);

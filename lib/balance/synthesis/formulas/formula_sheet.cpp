@@ -1,6 +1,8 @@
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/synthesis/formulas/closure_solution.hpp"
+#include "balance/synthesis/formulas/reduced_equations.hpp"
 #include "balance/synthesis/formulas/solved_conditions.hpp"
 #include "balance/synthesis/formulas/symbolic_conditions.hpp"
 
@@ -8,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <set>
+#include <stdexcept>
 
 namespace balance::formulas {
 
@@ -56,6 +59,7 @@ std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const 
 /// Blocks in natural coordinates are complex numbers.
 std::string latex_head(const std::string& name) {
   if (name == "Phi" || name == "Delta") return "\\" + name;
+  if (name.ends_with("hat")) return "\\hat " + name.substr(0, name.size() - 3);
   if (name == "Mre" || name == "Cre") return "\\Re " + name.substr(0, 1);
   if (name == "Mim" || name == "Cim") return "\\Im " + name.substr(0, 1);
   return name;
@@ -199,18 +203,6 @@ SheetSection make_closure_section(const SymbolicEquations& e) {
   for (std::size_t i = 0; i < e.A.size(); ++i)
     for (std::size_t j = 0; j < e.A[i].size(); ++j)
       add_formula(section, {"A", index_text({i, j}, n), e.A[i][j], 1, ""});
-  return section;
-}
-
-SheetSection make_solved_section(const Mechanism& mechanism, const SymbolicEquations& e) {
-  SheetSection section{
-      SheetSectionKind::solved,
-      "Closures solved: the rate of coordinate i is the sum of C_ij times the rate of the j-th independent one",
-      {},
-      {},
-      0};
-  for (SheetFormula& formula : solve_closures(e, list_independent_columns(mechanism, e)))
-    add_formula(section, std::move(formula));
   return section;
 }
 
@@ -359,6 +351,13 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
+  std::string divisors;
+  for (const auto& [pivot, size] : sheet.pivots)
+    if (const Term& term = pivot.terms()[0]; pivot.size() == 1 && term.monomial.size() > 0)
+      divisors += (divisors.empty() ? "" : ", ") + sheet.ring->symbol(term.monomial.symbol(0)).name;
+  if (!divisors.empty())
+    sheet.notes.push_back("the steps divide by " + divisors +
+                          ", which must not vanish, although the mechanism may be regular where they do");
   if (sheet.solution && !sheet.solution->unnamed.empty())
     sheet.notes.push_back(
         "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's "
@@ -384,8 +383,9 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
 }  // namespace
 
 const std::vector<std::string>& sheet_section_names() {
-  static const std::vector<std::string> names{"inertia",   "velocity", "gravity", "closures",  "solved",   "conditions",
-                                              "regressor", "natural",  "efforts", "solutions", "balanced", "speeds"};
+  static const std::vector<std::string> names{"inertia",    "velocity",  "gravity", "closures", "solved",
+                                              "conditions", "regressor", "natural", "efforts",  "solutions",
+                                              "balanced",   "reduced",   "speeds"};
   return names;
 }
 
@@ -395,6 +395,137 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
   return text;
 }
 
+namespace {
+
+/// Larger mechanisms' equations in the independent coordinates are not derived.
+constexpr std::size_t max_reduced_terms = 40'000;
+
+bool has_requested_elimination(const SymbolicEquations& e, const SheetOptions& options) {
+  using enum SheetSectionKind;
+  const bool has_solved = is_section_requested(options, solved) && (!e.closure.empty() || !e.tree.discs.empty());
+  return has_solved || is_section_requested(options, efforts) ||
+         (is_section_requested(options, reduced) && !e.closure.empty());
+}
+
+/// `phi_d5 = beta theta3`.
+void add_disc_notes(FormulaSheet& sheet) {
+  FormulaPrinter printer(*sheet.ring, PrintStyle::text);
+  for (const DiscFrame& disc : sheet.equations.tree.discs) {
+    const JointVariable& variable = sheet.equations.tree.variables[static_cast<std::size_t>(disc.variable)];
+    std::string sum;
+    for (const auto& [column, ratio] : variable.follows) {
+      const std::string& name = sheet.equations.tree.columns[static_cast<std::size_t>(column)];
+      const std::string factor = ratio == Polynomial(1) ? "" : printer.print(ratio) + " ";
+      sum += (sum.empty() ? "" : " + ") + (ratio.size() > 1 ? "(" + printer.print(ratio) + ") " : factor) + name;
+    }
+    if (!variable.offset.is_zero()) sum += " + " + printer.print(variable.offset);
+    sheet.notes.push_back(sheet.ring->angle(variable.index).name + " = " + sum);
+  }
+}
+
+/// A note says why if the closures are not solved.
+std::unique_ptr<ClosureElimination> eliminate_closures(const Mechanism& mechanism, const SheetOptions& options,
+                                                       FormulaSheet& sheet) {
+  try {
+    return std::make_unique<ClosureElimination>(
+        *sheet.ring, sheet.equations,
+        choose_independent_columns(*sheet.ring, mechanism, sheet.equations, options.independent));
+  } catch (const FormulaError& error) {
+    if (!options.only.empty() || !options.independent.empty()) throw;
+    sheet.notes.push_back(std::string("the closures are not solved for rates: ") + error.what());
+    return nullptr;
+  }
+}
+
+/// Whether the engine, with which the equations are compared, takes these coordinates as independent.
+bool has_engine(const Mechanism& mechanism, const FormulaSheet& sheet, const ClosureElimination& elimination) {
+  InverseOptions options;
+  for (const int column : elimination.independent()) {
+    const int coordinate = sheet.equations.tree.coordinates[static_cast<std::size_t>(column)];
+    options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(coordinate)].name);
+  }
+  try {
+    const InverseDynamics engine(without_speed_constraints(mechanism), options);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+SheetSection derive_reduced_section(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet,
+                                    ClosureElimination& elimination) {
+  SheetSection section{
+      SheetSectionKind::reduced,
+      "Torques of " + independent_names(sheet.equations, elimination.independent()) + " in the independent coordinates",
+      {},
+      {},
+      0};
+  section.terms = estimate_reduced_terms(sheet.equations, elimination.independent().size());
+  section.is_too_long = true;
+  if (section.terms > max_reduced_terms) return section;
+  if (!has_engine(mechanism, sheet, elimination)) {
+    section.terms = 0, section.is_too_long = false;
+    sheet.notes.push_back("no reduced: there is no numerical result in " +
+                          independent_names(sheet.equations, elimination.independent()) + " to check it with");
+    return section;
+  }
+  try {
+    section = make_reduced_section(*sheet.ring, sheet.equations, elimination,
+                                   is_section_requested(options, SheetSectionKind::solved));
+    sheet.independent = elimination.independent();
+  } catch (const FormulaError&) {
+    if (!options.only.empty()) throw;
+  }
+  return section;
+}
+
+/// Sections of conditions, or notes why there are none.
+void add_conditions(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet) {
+  const SymbolicEquations& e = sheet.equations;
+  if (options.conditions.empty()) {
+    if (e.closure.empty() && !has_velocity_constraints(mechanism))
+      for (SheetSection& section : make_condition_sections(e)) sheet.sections.push_back(std::move(section));
+    return;
+  }
+  bool has_numbers = false;
+  for (const GoalConditions& one : options.conditions) {
+    const std::string goal = study::goal_name(one.goal);
+    if (!one.reason.empty()) {
+      sheet.notes.push_back("no conditions for the goal " + goal + ": " + one.reason);
+      continue;
+    }
+    try {
+      ConvertedConditions converted = convert_conditions(*sheet.ring, e.tree, one.conditions, one.names);
+      SheetSection section{SheetSectionKind::conditions, "Conditions for the goal " + goal, {}, {}, 0};
+      for (Polynomial& row : converted.conditions) add_formula(section, {"", "", std::move(row), Polynomial(1), ""});
+      sheet.sections.push_back(std::move(section));
+      has_numbers = has_numbers || !converted.unnamed.empty();
+    } catch (const FormulaError& error) {
+      sheet.notes.push_back("no formulas of the conditions for the goal " + goal + ": " + error.what() +
+                            "; balance conditions prints them");
+    }
+  }
+  if (has_numbers) sheet.notes.push_back("c1, …, coefficients without a formula, are numbers of this geometry");
+}
+
+/// Says why sections that were named are missing.
+void add_missing_notes(const SheetOptions& options, FormulaSheet& sheet) {
+  for (const SheetSectionKind kind : options.only) {
+    const bool is_present = std::any_of(sheet.sections.begin(), sheet.sections.end(),
+                                        [&](const SheetSection& section) { return section.section == kind; });
+    using enum SheetSectionKind;
+    if (is_present || kind == solutions || kind == conditions) continue;
+    const std::string name = sheet_section_names()[static_cast<std::size_t>(kind)];
+    if (sheet.equations.closure.empty() && (kind == closures || kind == solved || kind == reduced))
+      sheet.notes.push_back("no " + name + ": the mechanism has no loops" +
+                            (kind == reduced ? "; inertia, velocity and gravity are in independent coordinates" : ""));
+    if (!sheet.equations.closure.empty() && kind == balanced)
+      sheet.notes.push_back("no balanced equations of a mechanism with loops; efforts has its torques");
+  }
+}
+
+}  // namespace
+
 FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts& texts, const SheetOptions& options) {
   FormulaSheet sheet;
   sheet.ring = std::make_unique<Ring>();
@@ -403,7 +534,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   const bool has_natural =
       std::find(options.only.begin(), options.only.end(), SheetSectionKind::natural) != options.only.end();
   const TreeOptions tree{has_regressor ? InertialParametrisation::about_origin : InertialParametrisation::about_com,
-                         options.expressions, has_natural};
+                         options.expressions, has_natural, find_coordinates(mechanism, options.independent)};
   sheet.equations = derive_equations(*sheet.ring, build_symbolic_tree(*sheet.ring, mechanism, texts, tree));
   const SymbolicEquations& e = sheet.equations;
   const auto add = [&](SheetSectionKind section, auto&& build) {
@@ -415,13 +546,15 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   add(SheetSectionKind::inertia, [&] { return make_inertia_section(e); });
   add(SheetSectionKind::velocity, [&] { return make_velocity_section(e); });
   add(SheetSectionKind::gravity, [&] { return make_gravity_section(e); });
-  if (!e.closure.empty()) {
-    add(SheetSectionKind::closures, [&] { return make_closure_section(e); });
-    add(SheetSectionKind::solved, [&] { return make_solved_section(mechanism, e); });
+  if (!e.closure.empty()) add(SheetSectionKind::closures, [&] { return make_closure_section(e); });
+  const bool needs_elimination = has_requested_elimination(e, options);
+  std::unique_ptr<ClosureElimination> elimination;
+  if (needs_elimination) elimination = eliminate_closures(mechanism, options, sheet);
+  if (elimination) {
+    const bool has_rows = !e.closure.empty() || (!e.tree.discs.empty() && !options.only.empty());
+    if (has_rows) add(SheetSectionKind::solved, [&] { return make_solved_section(*sheet.ring, e, *elimination); });
   }
-  if (e.closure.empty() && !has_velocity_constraints(mechanism) &&
-      is_section_requested(options, SheetSectionKind::conditions))
-    for (SheetSection& section : make_condition_sections(e)) sheet.sections.push_back(std::move(section));
+  if (is_section_requested(options, SheetSectionKind::conditions)) add_conditions(mechanism, options, sheet);
   if (has_regressor) {
     sheet.regressor = derive_regressor(*sheet.ring, e);
     add(SheetSectionKind::regressor, [&] { return make_regressor_section(*sheet.regressor); });
@@ -435,9 +568,17 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     add(SheetSectionKind::solutions, [&] { return make_solution_section(*sheet.ring, *sheet.solution); });
     if (e.closure.empty()) add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
   }
-  if (is_section_requested(options, SheetSectionKind::efforts))
+  if (elimination) {
     add(SheetSectionKind::efforts,
-        [&] { return make_effort_section(mechanism, e, sheet.solution ? &*sheet.solution : nullptr); });
+        [&] { return make_effort_section(*sheet.ring, e, *elimination, sheet.solution ? &*sheet.solution : nullptr); });
+    if (!e.closure.empty())
+      add(SheetSectionKind::reduced, [&] { return derive_reduced_section(mechanism, options, sheet, *elimination); });
+    for (const EliminationPivot& pivot : elimination->pivots()) sheet.pivots.emplace_back(pivot.value, pivot.size);
+  }
+  const bool has_solved = std::any_of(sheet.sections.begin(), sheet.sections.end(), [](const SheetSection& section) {
+    return section.section == SheetSectionKind::solved;
+  });
+  if (has_solved && !e.tree.is_planar) add_disc_notes(sheet);
   if (is_section_requested(options, SheetSectionKind::speeds)) {
     sheet.chosen_speeds = conditions::ChosenSpeeds(mechanism, options.speeds);
     sheet.speeds = derive_speed_formulas(*sheet.ring, e, options.speeds);
@@ -447,6 +588,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     add(SheetSectionKind::speeds, [&] { return make_speeds_section(sheet, with_tree); });
   }
   add_notes(mechanism, sheet);
+  add_missing_notes(options, sheet);
   return sheet;
 }
 

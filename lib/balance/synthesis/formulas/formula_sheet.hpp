@@ -28,6 +28,7 @@ enum class SheetSectionKind {
   efforts,    ///< without the closures
   solutions,  ///< conditions solved for named numbers
   balanced,   ///< the equations of motion with these
+  reduced,    ///< the equations of motion in the independent coordinates
   speeds,     ///< the equations of motion in chosen speeds
 };
 
@@ -48,6 +49,7 @@ struct SheetFormula {
   std::string denominator_name;  ///< of a denominator that has a formula of its own
   std::vector<FormulaProduct> products = {};
   bool is_symbol = false;  ///< the name is that of a number of the spec
+  int symbol = -1;         ///< in the ring, of a step: others refer to this formula by it
 
   std::string label() const { return name + indices; }
 };
@@ -66,12 +68,22 @@ struct FormulaSheet {
   std::unique_ptr<Ring> ring;
   SymbolicEquations equations;
   std::vector<SheetSection> sections;
-  std::optional<SymbolicRegressor> regressor;  ///< if requested
-  std::optional<NaturalEquations> natural;     ///< if requested
-  std::optional<SolvedConditions> solution;    ///< if requested
-  std::optional<SpeedFormulas> speeds;         ///< if requested
-  conditions::ChosenSpeeds chosen_speeds;      ///< the speeds of `speeds`
+  std::optional<SymbolicRegressor> regressor;         ///< if requested
+  std::optional<NaturalEquations> natural;            ///< if requested
+  std::optional<SolvedConditions> solution;           ///< if requested
+  std::optional<SpeedFormulas> speeds;                ///< if requested
+  conditions::ChosenSpeeds chosen_speeds;             ///< the speeds of `speeds`
+  std::vector<int> independent;                       ///< columns of `reduced`; empty without it
+  std::vector<std::pair<Polynomial, double>> pivots;  ///< divisors in steps, with their usual sizes
   std::vector<std::string> notes;
+};
+
+/// The conditions of one goal, as `balance conditions` derives them.
+struct GoalConditions {
+  Goal goal;
+  Conditions conditions;
+  conditions::ConditionNames names;
+  std::string reason;  ///< why there are none; else empty
 };
 
 struct SheetOptions {
@@ -81,6 +93,9 @@ struct SheetOptions {
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
   std::optional<SolveRequest> solve = {};
+  std::vector<std::string> independent = {};  ///< names of coordinates; empty: a choice
+  /// Of mechanisms whose conditions are not coefficients of the formulas: those with loops or constraints on speeds.
+  std::vector<GoalConditions> conditions = {};
   std::vector<model::GeneralisedSpeed> speeds = {};  ///< of the section `speeds`
 };
 

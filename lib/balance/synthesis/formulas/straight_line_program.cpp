@@ -2,6 +2,7 @@
 
 #include "balance/synthesis/formulas/rational.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -115,11 +116,92 @@ ProgramValue ProgramFactory::convert(const Polynomial& p) {
 
 namespace {
 
-std::string item(const char* list, int index) { return std::string(list) + "[" + std::to_string(index) + "]"; }
+std::string item(const char* list, std::size_t index) { return std::string(list) + "[" + std::to_string(index) + "]"; }
+
+/// Derivatives of nodes for given derivatives of inputs; those of all other inputs are zero.
+class ProgramDerivative {
+ public:
+  ProgramDerivative(StraightLineProgram& arena, std::map<int, ProgramValue> inputs)
+      : arena_(arena), derivatives_(std::move(inputs)) {}
+
+  ProgramValue of(const ProgramValue& value) {
+    if (value.is_number()) return 0;
+    const int node = value.node(arena_);
+    for (const int operand : list_operands(node)) derivatives_.try_emplace(operand, derive(operand));
+    return derivatives_.at(node);
+  }
+
+ private:
+  /// A node and what it depends on, without what is known; operands first.
+  std::vector<int> list_operands(int node) const {
+    std::vector<int> list, stack{node};
+    std::vector<bool> is_visited(static_cast<std::size_t>(node) + 1, false);
+    while (!stack.empty()) {
+      const int next = stack.back();
+      stack.pop_back();
+      if (is_visited[static_cast<std::size_t>(next)] || derivatives_.contains(next)) continue;
+      is_visited[static_cast<std::size_t>(next)] = true;
+      list.push_back(next);
+      const ProgramNode& self = arena_[next];
+      if (self.operation == ProgramOperation::constant || self.operation == ProgramOperation::input) continue;
+      stack.push_back(self.a);
+      if (!is_unary(self.operation)) stack.push_back(self.b);
+    }
+    std::sort(list.begin(), list.end());
+    return list;
+  }
+
+  ProgramValue unary(ProgramOperation operation, int operand) {
+    return {arena_, arena_.add_operation(operation, operand, operand)};
+  }
+
+  ProgramValue derive(int node) {
+    const ProgramNode self = arena_[node];  // a copy: the nodes move as others are added
+    using enum ProgramOperation;
+    if (self.operation == constant || self.operation == input) return 0;
+    const ProgramValue da = derivatives_.at(self.a), a(arena_, self.a), own(arena_, node);
+    switch (self.operation) {
+      case sum: return da + derivatives_.at(self.b);
+      case difference: return da - derivatives_.at(self.b);
+      case product: return da * ProgramValue(arena_, self.b) + a * derivatives_.at(self.b);
+      case negative: return -da;
+      case cosine: return da.is(0) ? 0 : -(unary(sine, self.a) * da);
+      case sine: return da.is(0) ? 0 : unary(cosine, self.a) * da;
+      case root: return da.is(0) ? 0 : ProgramValue(0.5) * unary(inverse, node) * da;
+      case inverse: return -(own * own * da);
+      case constant:
+      case input: break;
+    }
+    return 0;
+  }
+
+  StraightLineProgram& arena_;
+  std::map<int, ProgramValue> derivatives_;
+};
+
+void add_closures(StraightLineProgram& arena, ProgramFactory& factory, const SymbolicTree& tree, TreeProgram& program) {
+  program.closures = closure_equations<ProgramValue>(tree, factory);
+  const std::size_t n = tree.columns.size();
+  std::vector<std::vector<ProgramValue>> columns;
+  std::map<int, ProgramValue> rates;
+  for (std::size_t c = 0; c < n; ++c) {
+    const int q = factory.leaf(item("q", c), true).node(arena);
+    rates.emplace(q, factory.leaf(item("dq", c), true));
+    ProgramDerivative by_column(arena, {{q, ProgramValue(1)}});
+    columns.emplace_back();
+    for (const ProgramValue& h : program.closures) columns.back().push_back(by_column.of(h));
+  }
+  ProgramDerivative by_time(arena, rates), by_time_again(arena, rates);
+  for (std::size_t r = 0; r < program.closures.size(); ++r) {
+    for (std::size_t c = 0; c < n; ++c) program.jacobian.push_back(columns[c][r]);
+    program.bias.push_back(by_time_again.of(by_time.of(program.closures[r])));
+  }
+}
 
 }  // namespace
 
-std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree) {
+TreeProgram build_tree_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree,
+                               const std::vector<CoordinateId>& actuators) {
   ProgramFactory factory(arena, ring);
   VariableRates<ProgramValue> rates;
   std::vector<ProgramValue> values;
@@ -127,9 +209,9 @@ std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring&
     ProgramValue x = factory.convert(variable.offset), v(0), a(0);
     for (const auto& [column, ratio] : variable.follows) {
       const ProgramValue n = factory.convert(ratio);
-      x = x + n * factory.leaf(item("q", column), true);
-      v = v + n * factory.leaf(item("dq", column), true);
-      a = a + n * factory.leaf(item("ddq", column), true);
+      x = x + n * factory.leaf(item("q", static_cast<std::size_t>(column)), true);
+      v = v + n * factory.leaf(item("dq", static_cast<std::size_t>(column)), true);
+      a = a + n * factory.leaf(item("ddq", static_cast<std::size_t>(column)), true);
     }
     if (variable.is_angle)
       factory.bind_angle(variable.index, x);
@@ -141,7 +223,17 @@ std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring&
   }
   for (const JointSpring& spring : tree.joint_springs)
     factory.bind_symbol(spring.symbol, values[static_cast<std::size_t>(spring.variable)]);
-  return newton_euler_torques<ProgramValue>(tree, factory, rates);
+  TreeProgram program;
+  program.torques = newton_euler_torques<ProgramValue>(tree, factory, rates);
+  if (tree.closures.empty()) return program;
+  add_closures(arena, factory, tree, program);
+  program.inputs.resize(tree.columns.size() * actuators.size());
+  for (std::size_t a = 0; a < actuators.size(); ++a) {
+    const int variable = tree.coordinate_variable[static_cast<std::size_t>(actuators[a])];
+    for (const auto& [column, ratio] : tree.variables[static_cast<std::size_t>(variable)].follows)
+      program.inputs[static_cast<std::size_t>(column) * actuators.size() + a] = factory.convert(ratio);
+  }
+  return program;
 }
 
 }  // namespace balance::formulas

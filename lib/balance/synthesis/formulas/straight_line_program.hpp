@@ -109,7 +109,16 @@ class ProgramFactory {
   std::map<int, ProgramValue> angles_, symbols_;
 };
 
-/// Torques of the tree's columns at the states `q[i]`, `dq[i]`, `ddq[i]`, including springs.
-std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree);
+/// A tree at the states `q[i]`, `dq[i]`, `ddq[i]` of its columns.
+struct TreeProgram {
+  std::vector<ProgramValue> torques;   ///< per column, including springs
+  std::vector<ProgramValue> closures;  ///< h
+  std::vector<ProgramValue> jacobian;  ///< ∂h/∂q, row by row
+  std::vector<ProgramValue> bias;      ///< second derivative of h by time at zero accelerations
+  std::vector<ProgramValue> inputs;    ///< columns × actuators, row by row: rate of each actuator per rate of a column
+};
+/// @param actuators coordinates of the tree
+TreeProgram build_tree_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree,
+                               const std::vector<CoordinateId>& actuators);
 
 }  // namespace balance::formulas

@@ -134,8 +134,7 @@ std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
   return sections;
 }
 
-/// Whether the joints close no loop and constrain no speeds.
-static bool is_open_chain(const Mechanism& mechanism) {
+bool is_open_chain(const Mechanism& mechanism) {
   const model::SpanningTree tree = model::build_spanning_tree(mechanism, {});
   const bool has_split =
       std::any_of(tree.edges.begin(), tree.edges.end(), [](const model::TreeEdge& edge) { return edge.split; });

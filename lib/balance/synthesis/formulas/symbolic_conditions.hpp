@@ -17,6 +17,9 @@ std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entrie
 /// @param equations of a mechanism without loops
 std::vector<SheetSection> make_condition_sections(const SymbolicEquations& equations);
 
+/// Whether the joints close no loop and constrain no speeds.
+bool is_open_chain(const Mechanism& mechanism);
+
 /// Whether the conditions of these goals are coefficients of the equations of motion: those of an open chain with
 /// actuators at all coordinates, without loads and friction.
 bool has_symbolic_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals);

@@ -21,34 +21,6 @@ std::vector<Matrix> christoffel_symbols(const SymbolicTree& tree, const Matrix& 
   return D;
 }
 
-/// Equations of one closure, in the engine's order. Source: docs/theory.md, loops.
-void add_closure(const SymbolicTree& tree, PolynomialFactory& make, const LoopClosure& joint, Row& rows) {
-  using enum JointType;
-  const Vector d = world_position<Polynomial>(tree, make, joint.b) - world_position<Polynomial>(tree, make, joint.a);
-  const auto axis = [&](const FramePoint& point, int k) {
-    return world_direction<Polynomial>(tree, make, point.frame, k);
-  };
-  const auto add_axial_row = [&](int k) { rows.push_back(dot(axis(joint.a, k), d)); };
-  const auto add_perpendicular_row = [&](int i, int j) { rows.push_back(dot(axis(joint.a, i), axis(joint.b, j))); };
-  const auto add_coincidence_rows = [&] {
-    for (std::size_t k = 0; k < (tree.is_planar ? 2U : 3U); ++k) rows.push_back(d[k]);
-  };
-  const JointType type = joint.type;
-  if (type == revolute || type == fixed || type == spherical || type == universal) add_coincidence_rows();
-  if (tree.is_planar) {
-    if (type == prismatic || type == pin_slot) add_axial_row(1);
-    if (type == prismatic || type == fixed) add_perpendicular_row(1, 0);
-    return;
-  }
-  if (type == cylindrical || type == prismatic) add_axial_row(0), add_axial_row(1);
-  if (type == JointType::planar) add_axial_row(2);
-  if (type == revolute || type == cylindrical || type == JointType::planar)
-    add_perpendicular_row(0, 2), add_perpendicular_row(1, 2);
-  if (type == prismatic || type == fixed)
-    add_perpendicular_row(1, 2), add_perpendicular_row(2, 0), add_perpendicular_row(0, 1);
-  if (type == universal) add_perpendicular_row(2, 0);
-}
-
 /// Generalised force of a spring: k Δ·∂Δ for zero free length, otherwise (1 − l₀/L) times that.
 void add_spring(const LinearSpring& spring, PolynomialFactory& make, SymbolicEquations& e) {
   const Vector d =
@@ -100,7 +72,7 @@ SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const Equation
   if (selection.velocity) e.D = christoffel_symbols(e.tree, e.M);
   if (selection.gravity) add_weight_and_springs(make, e);
   if (!selection.closures) return e;
-  for (const LoopClosure& joint : e.tree.closures) add_closure(e.tree, make, joint, e.closure);
+  e.closure = closure_equations<Polynomial>(e.tree, make);
   for (const Polynomial& h : e.closure) {
     e.A.emplace_back();
     for (std::size_t i = 0; i < e.M.size(); ++i)

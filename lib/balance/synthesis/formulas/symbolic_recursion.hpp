@@ -284,4 +284,33 @@ RingVector3<R> world_direction(const SymbolicTree& tree, Maker& make, int frame,
   return d;
 }
 
+/// Equations h = 0 of all closures, in the engine's order. Source: docs/theory.md, loops.
+template <class R, class Maker>
+std::vector<R> closure_equations(const SymbolicTree& tree, Maker& make) {
+  std::vector<R> rows;
+  for (const LoopClosure& joint : tree.closures) {
+    using enum JointType;
+    const RingVector3<R> d = world_position<R>(tree, make, joint.b) - world_position<R>(tree, make, joint.a);
+    const auto axis = [&](const FramePoint& point, int k) { return world_direction<R>(tree, make, point.frame, k); };
+    const auto add_axial_row = [&](int k) { rows.push_back(dot(axis(joint.a, k), d)); };
+    const auto add_perpendicular_row = [&](int i, int j) { rows.push_back(dot(axis(joint.a, i), axis(joint.b, j))); };
+    const JointType type = joint.type;
+    if (type == revolute || type == fixed || type == spherical || type == universal)
+      for (std::size_t k = 0; k < (tree.is_planar ? 2U : 3U); ++k) rows.push_back(d[k]);
+    if (tree.is_planar) {
+      if (type == prismatic || type == pin_slot) add_axial_row(1);
+      if (type == prismatic || type == fixed) add_perpendicular_row(1, 0);
+      continue;
+    }
+    if (type == cylindrical || type == prismatic) add_axial_row(0), add_axial_row(1);
+    if (type == JointType::planar) add_axial_row(2);
+    if (type == revolute || type == cylindrical || type == JointType::planar)
+      add_perpendicular_row(0, 2), add_perpendicular_row(1, 2);
+    if (type == prismatic || type == fixed)
+      add_perpendicular_row(1, 2), add_perpendicular_row(2, 0), add_perpendicular_row(0, 1);
+    if (type == universal) add_perpendicular_row(2, 0);
+  }
+  return rows;
+}
+
 }  // namespace balance::formulas

@@ -323,7 +323,7 @@ class SymbolicTreeBuilder {
         model_(std::make_shared<ParametricModel>(mechanism, texts)),
         symbols_(ring, *model_, texts, options),
         frames_(ring, tree_),
-        spanning_tree_(model::build_spanning_tree(mechanism, {})),
+        spanning_tree_(model::build_spanning_tree(mechanism, options.needed)),
         has_natural_(options.natural) {
     tree_.model = model_;
     tree_.is_planar = mechanism.space == SpaceKind::planar;
@@ -529,11 +529,17 @@ class SymbolicTreeBuilder {
       add(sum, independent_sum(disc.follows.terms[t].coordinate, 0), ratio * symbols_.disc_term(index, t));
     set_dependence(tree_.variables.back(), std::move(sum));
     const Vector3E& axis = model_->mechanism().discs[static_cast<std::size_t>(index)].axis;
-    if (!symbols_.is_rotor(index))
-      return add_mass(frames_.apply_joint(centre, axis, variable, 1), symbols_.disc(index));
+    if (!symbols_.is_rotor(index)) {
+      const FramePoint turned = frames_.apply_joint(centre, axis, variable, 1);
+      add_mass(turned, symbols_.disc(index));
+      tree_.discs.push_back({disc.name, turned.frame, variable});
+      return;
+    }
     // its moments of inertia are about its axis and across it, which may be oblique to its carrier's axes
     const Alignment alignment = find_alignment(axis);
-    add_mass(frames_.apply_aligned_joint(centre, alignment, variable, 1), symbols_.rotor(index, alignment.axis));
+    const FramePoint aligned = frames_.apply_aligned_joint(centre, alignment, variable, 1);
+    add_mass(aligned, symbols_.rotor(index, alignment.axis));
+    tree_.discs.push_back({disc.name, frames_.rotate(aligned, reverse_rotations(alignment.rotations)).frame, variable});
   }
 
   void add_spring(std::size_t s) {
@@ -570,6 +576,17 @@ class SymbolicTreeBuilder {
 };
 
 }  // namespace
+
+std::vector<CoordinateId> find_coordinates(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  std::vector<CoordinateId> coordinates;
+  for (const std::string& name : names) {
+    const auto& list = mechanism.coordinates;
+    const auto found = std::find_if(list.begin(), list.end(), [&](const Coordinate& c) { return c.name == name; });
+    if (found == list.end()) throw FormulaError("'" + name + "' is no coordinate of the mechanism");
+    coordinates.emplace_back(static_cast<int>(found - list.begin()));
+  }
+  return coordinates;
+}
 
 SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const study::SpecNumberTexts& texts,
                                  const TreeOptions& options) {

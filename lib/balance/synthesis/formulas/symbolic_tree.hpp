@@ -123,6 +123,13 @@ struct AngleRelation {
   std::map<int, int> multiples;
 };
 
+/// A disc's frame, whose axes are the carrier's, turned by the disc's angle.
+struct DiscFrame {
+  std::string name;
+  int frame = 0;
+  int variable = 0;  ///< the angle
+};
+
 struct SymbolicTree {
   std::shared_ptr<const ParametricModel> model;  ///< source of its symbols' values
   std::shared_ptr<MechanismSymbols> numbers;     ///< the mechanism's numbers; refers to the texts of the spec's numbers
@@ -134,6 +141,7 @@ struct SymbolicTree {
   std::vector<int> coordinates;          ///< per column: coordinate of the mechanism
   std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1 if its joint closes a loop
   std::vector<LoopClosure> closures;
+  std::vector<DiscFrame> discs;
   std::vector<LinearSpring> springs;
   std::vector<JointSpring> joint_springs;
   Vector gravity;
@@ -156,8 +164,12 @@ enum class ParameterExpressions { symbols, inlined };
 struct TreeOptions {
   InertialParametrisation inertial = InertialParametrisation::about_com;
   ParameterExpressions expressions = ParameterExpressions::symbols;
-  bool natural = false;  ///< also build points and bodies for natural coordinates
+  bool natural = false;                   ///< also build points and bodies for natural coordinates
+  std::vector<CoordinateId> needed = {};  ///< must not close loops
 };
+
+/// @throws FormulaError for a name that is no coordinate
+std::vector<CoordinateId> find_coordinates(const Mechanism& mechanism, const std::vector<std::string>& names);
 
 /// @param mechanism must be valid
 /// @param texts of the spec's numbers: parameters become symbols under their names

@@ -138,7 +138,13 @@ NaturalSampleEvaluator::NaturalSampleEvaluator(const Mechanism& mechanism, const
   if (mechanism.tool) tool_ = make_tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
   if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(trajectory::describe_over_actuation(motors, freedoms));
+  if (motors > freedoms) {
+    notes_.push_back(trajectory::describe_over_actuation(motors, freedoms,
+                                                         model::describe_distribution(mechanism.torque_distribution)));
+    if (mechanism.torque_distribution) distribution_ = model::scale_distribution(mechanism, model.length());
+  } else if (mechanism.torque_distribution) {
+    notes_.push_back(trajectory::describe_determined_efforts(motors, freedoms));
+  }
   for (auto* values : {&sample_.position, &sample_.velocity, &sample_.acceleration})
     values->setZero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
   for (auto* values : {&sample_.effort, &sample_.power}) values->setZero(motors);
@@ -274,7 +280,13 @@ bool NaturalSampleEvaluator::solve_efforts(const NaturalStepper& stepper) {
   numerics::CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-10);
   qr.compute(actuation.transpose());
-  const VectorX efforts = qr.solve(right_hand_side).cwiseQuotient(unit);
+  VectorX efforts;
+  if (!distribution_)
+    efforts = qr.solve(right_hand_side).cwiseQuotient(unit);
+  else if (qr.rank() == freedoms_)
+    efforts = solve_distribution(*distribution_, actuation.transpose() * unit.asDiagonal(), right_hand_side);
+  else
+    efforts = VectorX::Constant(motors, std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index a = 0; a < motors; ++a) {
     sample_.effort[a] = efforts[a];
     sample_.power[a] = efforts[a] * sample_.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];

@@ -1,6 +1,7 @@
 #pragma once
 /// Generalised forces of weight, loads and springs on the unknowns.
 
+#include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
 #include "balance/synthesis/verification/natural_equations.hpp"
 #include "balance/synthesis/verification/natural_model.hpp"
@@ -82,7 +83,8 @@ class NaturalSampleEvaluator {
   AffineForm com_, tool_;
   std::string mismatch_;
   std::vector<std::string> notes_;
-  std::vector<Complex> inertial_forces_;  ///< M q̈ per point
+  std::optional<model::ScaledDistribution<double>> distribution_;  ///< of redundant actuators; none: least norm
+  std::vector<Complex> inertial_forces_;                           ///< M q̈ per point
   NaturalWrench load_wrench_;
   Complex shaking_;           ///< Σ M q̈
   Vector3 moment_reference_;  ///< reference point of moments

@@ -1,0 +1,41 @@
+#pragma once
+/// Poses at which the loops of a symbolic tree close, and the values of its names there.
+
+#include "balance/foundation/base/types.hpp"
+#include "balance/synthesis/formulas/symbolic_equations.hpp"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace balance::formulas {
+
+/// Values of all names at a pose, except those that steps of an elimination define.
+/// @param y per column of the tree [rad or m]
+std::map<std::string, double> evaluate_names(const Ring& ring, const SymbolicEquations& equations,
+                                             const std::vector<double>& y);
+
+/// Values of a ring's symbols and angles, by their indices.
+struct PoseValues {
+  std::vector<double> symbols, angles;
+
+  double operator()(const Polynomial& p) const { return p.is_zero() ? 0 : evaluate_polynomial(p, symbols, angles); }
+  MatrixX operator()(const Matrix& matrix, Eigen::Index columns) const;
+};
+
+PoseValues evaluate_pose(const Ring& ring, const std::map<std::string, double>& names);
+PoseValues evaluate_pose(const Ring& ring, const SymbolicEquations& equations, const VectorX& y);
+
+/// Per column, the spec's rough values; 0 for columns without one.
+VectorX rough_pose(const Mechanism& mechanism, const SymbolicEquations& equations);
+
+/// Moves a pose to the nearest one at which the loops close, by Gauss and Newton.
+/// @return whether they close there
+bool close_loops(const Ring& ring, const SymbolicEquations& equations, VectorX& y);
+
+/// Closed poses near the spec's rough values, at most `count`; first the one that is nearest to them.
+std::vector<VectorX> find_closed_poses(const Ring& ring, const Mechanism& mechanism, const SymbolicEquations& equations,
+                                       std::size_t count, std::uint64_t seed);
+
+}  // namespace balance::formulas

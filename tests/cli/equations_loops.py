@@ -1,0 +1,82 @@
+"""Formulas and programs of mechanisms with loops: random ones, redundant closures, motors that are too many or too few."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from _program import CONFIGS, Case, run
+from _random_loops import fault, runs
+
+FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
+
+
+class Loops(Case):
+    def text(self, *call):
+        done = run("equations", *call)
+        self.assert_quiet_success(done)
+        return done.stdout
+
+    def program(self, call, code):
+        """What code behind a printed Python program prints."""
+        text = self.text(*call, "--code", "python").split("\nif __name__")[0] + "\n" + code
+        return subprocess.run([sys.executable, "-c", text], text=True, check=True, capture_output=True).stdout.strip()
+
+    def test_a_sample_of_random_mechanisms(self):
+        """The whole is `scripts/soak loops`."""
+        for seed in (3, 12):
+            with self.subTest(seed=seed):
+                self.assertIsNone(fault(seed))
+
+    def test_redundant_closures_and_actuators_have_programs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for config, set_ in (("parallelogram", []), ("bricard", []), ("geared-five-bar", [])):
+                with self.subTest(config=config):
+                    text = self.text(os.path.join(CONFIGS, f"{config}.yaml"), *set_, "--code", "c")
+                    if shutil.which("cc"):
+                        self.assertIsNone(runs("c", text, folder))
+
+    def test_a_program_says_that_the_loops_do_not_close(self):
+        far = "try:\n    torques(prepare(GIVEN), [9.0, -9.0], [0, 0], [0, 0])\nexcept NotSolved as error:\n    print('not solved:', error)"
+        self.assertIn("not solved", self.program([FIVE_BAR], far))
+
+    def test_a_program_keeps_the_assembly_mode(self):
+        there = "k = prepare(GIVEN)\n_, q = torques(k, [a + 0.4 for a in (START[i] for i in INDEPENDENT)], [0, 0], [0, 0])\n"
+        back = "_, q = torques(k, [START[i] for i in INDEPENDENT], [0, 0], [0, 0], q)\nprint(max(abs(a - b) for a, b in zip(q, START)) < 1e-12)"
+        self.assertEqual(self.program([FIVE_BAR], there + back), "True")
+
+    def test_both_kinds_of_coordinates_give_the_same_torques(self):
+        state = ("k = prepare(GIVEN)\nC = transformation(k, START)\ndq = [sum(row) for row in C]\n_, D = jacobian_columns(k, START, DEPENDENT)\n"
+                 "b = solve(len(D[0]), D, [[x] for x in closure_bias(k, START, dq)])\nddq = [0.0] * len(START)\n"
+                 "for j, c in enumerate(DEPENDENT):\n    ddq[c] = -b[j][0]\n")
+        one = self.program([FIVE_BAR], state + "print(torques(k, [START[i] for i in INDEPENDENT], [1, 1], [0, 0])[0], START, dq, ddq, sep=';')")
+        expected, q, dq, ddq = one.split(";")
+        found = self.program([FIVE_BAR, "--coordinates", "all"], f"print(torques(prepare(GIVEN), {q}, {dq}, {ddq}))")
+        for a, b in zip(eval(found), eval(expected), strict=True):
+            self.assertAlmostEqual(a, b, places=10)
+
+    def test_conditions_of_loops_are_those_of_the_conditions_command(self):
+        text = " ".join(self.text(FIVE_BAR, "--only", "conditions").split())
+        for goal in ("static", "force", "gyroscopic", "decoupled"):
+            self.assertIn(f"Conditions for the goal {goal}", text)
+        self.assertIn("m_cw22 x_cw22", text)
+
+    def test_a_section_that_does_not_exist_has_a_note(self):
+        arm = os.path.join(CONFIGS, "rr.yaml")
+        for section in ("closures", "solved", "reduced"):
+            self.assertIn("no loops", self.text(arm, "--only", section))
+
+    def test_wrong_options(self):
+        for call, words in ((["--coordinates", "all"], "--code"), (["--code", "c", "--coordinates", "some"], "independent"),
+                            (["--independent", "nothing"], "no coordinate"), (["--independent", "A1"], "2 freedoms"),
+                            (["--independent", "A1,B1,A2", "--code", "c"], "2 freedoms")):
+            done = run("equations", FIVE_BAR, *call)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(words, done.stderr)
+            self.assertEqual(done.stdout, "")
+
+
+if __name__ == "__main__":
+    unittest.main()
