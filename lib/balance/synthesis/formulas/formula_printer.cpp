@@ -26,9 +26,6 @@ Polynomial divided_by(const Polynomial& p, const Term& common) {
   return Polynomial::of_terms(p.ring(), std::move(terms));
 }
 
-Monomial positive_part(const Monomial& m) {
-  return m.select([](int, int exponent) { return exponent > 0; });
-}
 Monomial negative_part(const Monomial& m) {
   return m.select([](int, int exponent) { return exponent < 0; });
 }
