@@ -179,7 +179,7 @@ class Speeds(Case):
         self.refused(2, "expected a number", *pose, "--speeds", "x: {A: {free: [0, 1]}}, y: B")
         self.refused(4, "overflow", *pose, "--speeds", "x: {A: 1.0e-200}, y: B")
         self.refused(2, "--output and --speeds cannot be combined", *pose, "--speeds", "x: A, y: B", "-o", self.path("a.h5"))
-        self.refused(2, "--at", spec, "--speeds", "x: A, y: B")
+        self.refused(2, "--at", spec, "--constraints", "x: A")
         self.refused(2, "at least one term", *pose, "--speeds", "x: {}, y: A")
         self.refused(2, "a number", *pose, "--speeds", "x: {A: oops}, y: A")
         self.refused(4, "do not determine the mechanism's motion there", *pose, "--speeds", "x: A, y: {A: 2}")

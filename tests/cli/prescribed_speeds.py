@@ -221,7 +221,6 @@ class Prescribed(Case):
         spec = self.write("two.yaml", f"""
 space: planar
 include: {{file: {part}, as: [S1, S2], set: {{speed: {{S1: 0.3, S2: -0.1}}}}}}
-actuators: [S1.P.y, S1.P.angle, S2.P.y, S2.P.angle]
 motion: {{duration: 1, samples: 41, from: {{joints: {{S1.P.y: 0, S1.P.angle: 0, S2.P.y: 0, S2.P.angle: 0}}}},
          to: {{joints: {{S1.P.y: 0.1, S1.P.angle: 0, S2.P.y: 0, S2.P.angle: 0.2}}}}}}
 trajectories: {{go: {{law: cycloidal, drive: joints}}}}
