@@ -25,12 +25,20 @@ double largest(const Eigen::Ref<const VectorX>& values) { return values.cwiseAbs
 Study skating_arm() {
   Study study = doors::config("spatial-rrr.yaml");
   const Tool& tool = *study.mechanism.tool;
-  study.mechanism.constraints.push_back(
-      {"edge",
-       {{model::GeneralisedSpeedTerm::Kind::velocity_body, 2, 1, tool.body, tool.position},
-        {model::GeneralisedSpeedTerm::Kind::angular_velocity_body, 0, 0.3, tool.body, tool.position},
-        {model::GeneralisedSpeedTerm::Kind::angular_velocity, 2, -0.1, tool.body, tool.position},
-        {model::GeneralisedSpeedTerm::Kind::coordinate, 1, 0.2, 0, Vector3::Zero()}}});
+  const auto term = [&](model::GeneralisedSpeedTerm::Kind kind, int index, double factor, BodyId body,
+                        const Vector3& position) {
+    model::GeneralisedSpeedTerm one;
+    one.kind = kind, one.index = index, one.factor = factor, one.body = body, one.position = position;
+    return one;
+  };
+  using Kind = model::GeneralisedSpeedTerm::Kind;
+  model::GeneralisedSpeed sum;
+  sum.name = "edge";
+  sum.terms = {term(Kind::velocity_body, 2, 1, tool.body, tool.position),
+               term(Kind::angular_velocity_body, 0, 0.3, tool.body, tool.position),
+               term(Kind::angular_velocity, 2, -0.1, tool.body, tool.position),
+               term(Kind::coordinate, 1, 0.2, 0, Vector3::Zero())};
+  study.mechanism.constraints.push_back(sum);
   study.mechanism.actuators.pop_back();
   Trajectory& motion = study.trajectories.front();
   motion = {};
