@@ -193,17 +193,15 @@ Command setup_equations(CLI::App& program) {
   const auto options = std::make_shared<EquationsOptions>();
   add_equations_options(*parser, *options);
   parser->footer(
-      "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural,efforts,reduced,speeds selects sections, --code c\n"
-      "prints a program, which closes the loops. Everything printed has been read back and compared with\n"
-      "numerical results.\n\n"
+      "Without --at, prints the equations of motion as formulas: --only inertia, velocity, gravity,\n"
+      "closures, solved, conditions, regressor, natural, efforts, reduced, speeds selects sections, --code c\n"
+      "prints a program, which closes the loops. All of it has been read back and compared with numbers.\n\n"
       "--solve solves the conditions of --goal for parameters, symbols or paths of the spec, one after\n"
       "the other, and prints the equations with these numbers.\n\n"
-      "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
-      "M', velocity terms D'_krs and B', weight, springs and loads z'; the contributions to every\n"
-      "torque; and the base parameters, on which the equation depends. In --speeds, a coordinate's\n"
-      "name stands for its rate, tool.x y z for the tool's velocity along the world's axes, u v w along\n"
-      "its body's; angle in the plane, rx ry rz or p q r in space for its angular velocity; SI.\n\n"
+      "With --at, prints the equation at a pose, as matrices: inertia M', velocity terms D'_krs and B',\n"
+      "weight, springs and loads z'; the parts of every torque; and the base parameters. In --speeds, a\n"
+      "coordinate's name stands for its rate, tool.x y z for the tool's velocity along the world's axes,\n"
+      "u v w along its body's; angle in the plane, rx ry rz or p q r in space for its angular velocity.\n\n"
       "Examples:\n"
       "  balance equations spatial-rrr.yaml --solve lg2,Jy2,Jy3,beta --goal decoupled\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
@@ -233,9 +231,7 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                        {"c", "python"});
   parser.get_option("--independent")->remove_needs(at);
   add_choice_validator(
-      parser
-          .add_option("--coordinates", o.coordinates,
-                      "what the program of a mechanism with loops takes: independent coordinates (default) or all")
+      parser.add_option("--coordinates", o.coordinates, "of a program with loops: independent (default) or all")
           ->type_name("WHICH")
           ->needs(parser.get_option("--code")),
       {"independent", "all"});

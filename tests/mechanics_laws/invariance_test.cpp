@@ -129,10 +129,19 @@ TEST_CASE("lengths, masses and times multiplied by powers of two multiply every 
 
 namespace {
 
+/// Of a coordinate in a mirror: what turns, and the second slide of a planar joint, which is to the left of the first.
+int mirror_sign(const balance::Mechanism& m, balance::CoordinateId c) {
+  const balance::Coordinate& coordinate = m.coordinates[c];
+  const bool is_left =
+      m.joints[static_cast<std::size_t>(coordinate.joint)].type == balance::JointType::planar && coordinate.index == 1;
+  return coordinate.kind == balance::CoordinateKind::angle || is_left ? -1 : 1;
+}
+
 /// What a mirror at the plane y = 0 (z too in space: a half turn leaves handedness alone) would show of a planar mechanism.
 Experiment mirrored(Experiment e) {
   const auto flip = [](Vector3& v) { v.y() = -v.y(); };
   balance::Mechanism& m = e.mechanism;
+  const auto changes_sign = [&](balance::CoordinateId c) { return mirror_sign(m, c) < 0; };
   flip(m.gravity);
   for (auto& body : m.bodies) {
     flip(body.com);
@@ -142,12 +151,13 @@ Experiment mirrored(Experiment e) {
     flip(joint.point_first), flip(joint.point_second), flip(joint.axis);
     joint.rotation.transposeInPlace();
     if (joint.type == balance::JointType::revolute) joint.axis = Vector3::UnitZ();
+    if (joint.type == balance::JointType::planar) flip(joint.axis2);
   }
   for (auto& extra : m.attachments) flip(extra.position);
   for (auto& disc : m.discs) {
     flip(disc.position);
     for (auto& term : disc.follows.terms)
-      if (m.coordinates[term.coordinate].kind == balance::CoordinateKind::length) term.ratio = -term.ratio;
+      if (!changes_sign(term.coordinate)) term.ratio = -term.ratio;
   }
   for (auto& load : m.loads) {
     flip(load.point);
@@ -156,21 +166,19 @@ Experiment mirrored(Experiment e) {
   }
   for (auto& spring : m.springs) {
     flip(spring.point_first), flip(spring.point_second);
-    if (spring.is_joint_spring() && m.coordinates[spring.coordinate].kind == balance::CoordinateKind::angle)
-      spring.preload = -spring.preload;
+    if (spring.is_joint_spring() && changes_sign(spring.coordinate)) spring.preload = -spring.preload;
   }
   for (auto& coupling : m.couplings) {
-    const auto angle = [&](int c) { return m.coordinates[c].kind == balance::CoordinateKind::angle ? -1 : 1; };
-    coupling.ratio *= angle(coupling.follower);
-    for (auto& term : coupling.leader.terms) term.ratio *= angle(term.coordinate);
-    coupling.offset *= angle(coupling.follower);
+    coupling.ratio *= mirror_sign(m, coupling.follower);
+    for (auto& term : coupling.leader.terms) term.ratio *= mirror_sign(m, term.coordinate);
+    coupling.offset *= mirror_sign(m, coupling.follower);
   }
   if (m.tool) flip(m.tool->position);
   for (auto& friction : m.friction)  // what turned forwards turns backwards
-    if (m.coordinates[friction.coordinate].kind == balance::CoordinateKind::angle && friction.coulomb_backward)
+    if (changes_sign(friction.coordinate) && friction.coulomb_backward)
       std::swap(friction.coulomb, *friction.coulomb_backward);
   const auto turn_back = [&](balance::CoordinateValue& value) {
-    if (m.coordinates[value.coordinate].kind == balance::CoordinateKind::angle) value.value = -value.value;
+    if (changes_sign(value.coordinate)) value.value = -value.value;
   };
   for (auto& rough : m.assembly) turn_back(rough);
   for (balance::trajectory::PoseTarget* pose : {&e.trajectory.from, &e.trajectory.to}) {
@@ -200,7 +208,7 @@ TEST_CASE("a planar mechanism in a mirror has mirrored forces, and efforts of tu
     CHECK_MESSAGE(difference(-run.result.shaking_moment, other.result.shaking_moment, moment) < 1e-9, run.name);
     for (long c = 0; c < run.result.torque.cols(); ++c) {
       const bool slide = run.result.actuator_units[c] == "N";
-      const double sign = slide ? 1 : -1;
+      const double sign = mirror_sign(run.mechanism, run.mechanism.actuators[static_cast<std::size_t>(c)]);
       CHECK_MESSAGE(
           difference(sign * run.result.torque.col(c), other.result.torque.col(c), slide ? force : moment) < 1e-9,
           run.name << ", " << run.result.actuator_names[c]);

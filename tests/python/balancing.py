@@ -15,7 +15,7 @@ class Equations(Case):
         for file, options, words in (
                 ("rr.yaml", {"only": "gravity"}, ("--only", "gravity")),
                 ("5r.yaml", {"only": ["inertia", "efforts"], "collect": "a11"}, ("--only", "inertia,efforts", "--collect", "a11")),
-                ("planar-rrr-belts.yaml", {"solve": "lg1,lg2,lg3", "goal": "static"}, ("--solve", "lg1,lg2,lg3", "--goal", "static"))):
+                ("planar-rrr-belts.yaml", {"solve": ["lg1", "lg2", "lg3"], "goal": "static"}, ("--solve", "lg1,lg2,lg3", "--goal", "static"))):
             found = bm.load(config(file)).equations(**options)
             self.assertEqual(found.to_dict(), json.loads(self.program("equations", config(file), "--json", *words)), file)
             self.assertEqual(found.latex(), self.program("equations", config(file), "--latex", *words))
@@ -29,7 +29,7 @@ class Equations(Case):
         spec = bm.load(config("rr.yaml"))
         for options, words in (({"only": "gravitation"}, "only without at needs"), ({"solve": "nothing", "goal": "static"}, "solve: 'nothing'"),
                                ({"collect": "nothing"}, "collect: 'nothing'"), ({"independent": "nothing"}, "independent: there is no coordinate"),
-                               ({"solve": "x_cw1", "goal": "sttaic"}, "goal")):
+                               ({"solve": "m_cw1", "goal": "sttaic"}, "goal")):
             with self.assertRaisesRegex(ValueError, words):
                 spec.equations(**options)
         with self.assertRaisesRegex(ValueError, "language"):

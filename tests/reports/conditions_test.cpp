@@ -21,6 +21,7 @@ TEST_CASE("conditions stand in a table with what they miss and depend on; what n
         " 2  -l1^2 a.m + e.J = 0   met  nothing free\n"
         "\n"
         "where l1 = 0.5 m\n"
+        "a.m is a mass\n"
         "3 holds for every disc that is symmetrical about its axis\n"
         "1 of 3 not met: 'now' is the residual, relative to the size of the terms\n"
         "note: a note\n");
