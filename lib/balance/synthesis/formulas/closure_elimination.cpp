@@ -120,8 +120,8 @@ std::vector<std::size_t> list_candidates(const Mechanism& mechanism, const Symbo
   try {
     const InverseDynamics engine(without_speed_constraints(mechanism));
     for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
-      if (const auto& names = engine.independent();
-          std::find(names.begin(), names.end(), mechanism.coordinates[c].name) != names.end())
+      if (const auto& independent = engine.independent();
+          std::find(independent.begin(), independent.end(), mechanism.coordinates[c].name) != independent.end())
         add_coordinate(static_cast<int>(c));
   } catch (const std::invalid_argument&) {  // the engine does not assemble it; other columns may do
   }
