@@ -51,9 +51,7 @@ void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_
       ->type_name("T")
       ->check(number_range_validator(-trajectory::max_duration, trajectory::max_duration))
       ->needs(at);
-  parser
-      .add_option("--independent", o.independent,
-                  "independent coordinates, comma-separated (default: the actuated ones)")
+  parser.add_option("--independent", o.independent, "independent coordinates (default: the actuated)")
       ->type_name("NAMES")
       ->delimiter(',')
       ->allow_extra_args(false)

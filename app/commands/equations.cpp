@@ -230,11 +230,10 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
   parser.get_option("--independent")->remove_needs(at);
-  add_choice_validator(
-      parser.add_option("--coordinates", o.coordinates, "of a program with loops: independent (default) or all")
-          ->type_name("WHICH")
-          ->needs(parser.get_option("--code")),
-      {"independent", "all"});
+  add_choice_validator(parser.add_option("--coordinates", o.coordinates, "with loops: independent (default) or all")
+                           ->type_name("WHICH")
+                           ->needs(parser.get_option("--code")),
+                       {"independent", "all"});
   parser.add_flag("--expand", o.expand, "substitute the expressions of parameters")->excludes(at);
   CLI::Option* collect = parser.add_option("--collect", o.collect, "group sums by powers of these symbols");
   collect->type_name("NAMES")->delimiter(',')->allow_extra_args(false)->excludes(at);
