@@ -44,7 +44,7 @@ class FormulaPrinter {
     int size = 0;
     bool is_sum = false;
     bool is_quotient = false;  ///< over / (divisor under), if it is text
-    std::string over = "", under = "";
+    std::string over, under;
     std::int64_t divisor = 1;
   };
   /// A product with a minus in front is a sum.
