@@ -377,7 +377,8 @@ class EngineComparison {
   bool find_pose(VectorX& y) {
     const SymbolicEquations& e = sheet_.equations;
     // loops of which few poses close are tried nearer and nearer to the rough values
-    y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + attempts_++ / attempts_per_offset));
+    const int reductions = attempts_++ / attempts_per_offset;
+    y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + reductions));
     if (!e.closure.empty()) y += rough_pose(mechanism_, e);
     return close_loops(*sheet_.ring, e, y);
   }

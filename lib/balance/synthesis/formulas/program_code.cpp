@@ -813,7 +813,8 @@ SelfTestStates make_loop_states(const Mechanism& mechanism, const SymbolicTree& 
   const VectorX start = Eigen::Map<const VectorX>(program.start.data(), static_cast<Eigen::Index>(program.columns));
   for (int attempt = 0; attempt < max_state_attempts && states.q.size() < self_test_state_count; ++attempt) {
     VectorX q = start;
-    const VectorX offset = max_state_offset / (1 + attempt / 10) * random_row(random, freedoms);
+    const int reductions = attempt / 10;
+    const VectorX offset = max_state_offset / (1 + reductions) * random_row(random, freedoms);
     VectorX x(freedoms);
     for (Eigen::Index u = 0; u < freedoms; ++u) {
       const auto column = static_cast<Eigen::Index>(program.independent[static_cast<std::size_t>(u)]);
