@@ -112,6 +112,16 @@ class Prescribed(Case):
             np.testing.assert_allclose(found["constraint_power"][:, 0], force * speed(t), rtol=0, atol=1e-11)
             self.power_balance(found)
 
+    def test_rates_do_not_jump_as_a_load_is_set_down(self):
+        spec = self.write("sleigh.yaml", SLEIGH.replace("P.angle: 0.2", "P.angle: 1.3").replace(
+            "constraints:", "payloads: {load: {body: sleigh, at: G, mass: 3, until: 0.7}}\nconstraints:"))
+        found = self.results("control", spec, "-c", "push")
+        t, q, velocity = found["time"], found["joint_position"], found["joint_velocity"]
+        fastest = np.abs(found["joint_acceleration"]).max(0)
+        self.assertLess((np.abs(np.diff(velocity, axis=0)) / (np.diff(t)[:, None] * fastest)).max(), 1.01)
+        slip = velocity[:, 1] * np.cos(q[:, 2]) - velocity[:, 0] * np.sin(q[:, 2])
+        np.testing.assert_allclose(slip, 0.2 * np.sin(4 * t), rtol=0, atol=1e-12)
+
     def test_a_bead_on_a_driven_table(self):
         """F = m (s'' - s W^2 - e W') + c s'; the motor's torque by the angular momentum."""
         found = self.results("simulate", self.write("table.yaml", TABLE))

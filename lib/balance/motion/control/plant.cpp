@@ -106,7 +106,7 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   if (q.size() != count || dq.size() != count)
     throw std::invalid_argument("a start needs a value for each of the mechanism's coordinates");
   is_started_ = false;
-  MotionOutcome outcome = loops_.assemble(time_, q, dq, y_, dy_);
+  MotionOutcome outcome = loops_.assemble(time, q, dq, y_, dy_);
   outcome.time = time;
   if (outcome.status != MotionStatus::done) return outcome;
   outcome = check_mass_matrix(mechanism_, loops_, time, dy_.data());
