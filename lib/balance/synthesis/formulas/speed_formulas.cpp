@@ -235,22 +235,6 @@ class SpeedRows {
   int mass_ = -1;
 };
 
-Polynomial expand_determinant(const Matrix& A) {
-  if (A.empty()) return {1};
-  Polynomial sum;
-  for (std::size_t j = 0; j < A.size(); ++j) {
-    if (A[0][j].is_zero()) continue;
-    Matrix minor;
-    for (std::size_t i = 1; i < A.size(); ++i) {
-      minor.emplace_back(A[i]);
-      minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(j));
-    }
-    const Polynomial product = A[0][j] * expand_determinant(minor);
-    sum = j % 2 == 0 ? sum + product : sum - product;
-  }
-  return sum;
-}
-
 class SpeedDerivation {
  public:
   SpeedDerivation(Ring& ring, const SymbolicEquations& equations)
@@ -365,7 +349,7 @@ class SpeedDerivation {
       }
       return A;
     };
-    const Polynomial det = expand_determinant(core({}, {}));
+    const Polynomial det = determinant(core({}, {}));
     if (det.is_zero()) throw FormulaError("the speeds do not determine the motion at any pose");
     std::string divisor;
     if (det.size() > 1) {
@@ -377,7 +361,7 @@ class SpeedDerivation {
     for (const std::size_t row : rows) rest.push_back(remainder(row));
     for (std::size_t c = 0; c < columns.size(); ++c)
       for (std::size_t r = 0; r < rows.size(); ++r) {
-        Polynomial cofactor = expand_determinant(core(r, c));
+        Polynomial cofactor = determinant(core(r, c));
         if (cofactor.is_zero()) continue;
         if ((r + c) % 2 != 0) cofactor = -cofactor;
         const bool is_whole = det.size() == 1 && det.terms()[0].wave == 0;
