@@ -445,10 +445,6 @@ std::vector<conditions::GeometricSymbol> known_values_of(const Conditions& condi
   return symbols;
 }
 
-}  // namespace
-
-namespace {
-
 /// Which attachments are there, for every state of a mechanism whose payloads come and go, the fullest first.
 std::vector<std::vector<bool>> list_load_states(const Mechanism& mechanism,
                                                 const std::vector<Trajectory>& trajectories) {
@@ -489,7 +485,7 @@ VectorX evaluate_load_states(ConditionsReportData& view, const Mechanism& mechan
   for (const std::vector<bool>& state : list_load_states(mechanism, trajectories)) {
     Mechanism loaded = mechanism;
     for (std::size_t a = 0; a < state.size(); ++a)
-      if (!state[a]) loaded.attachments[a].mass = 0, loaded.attachments[a].inertia.setZero();
+      if (!state[a]) model::detach(loaded.attachments[a]);
     const VectorX residuals = scaled_residuals(view.conditions, conditions::term_values(loaded, options.loose_springs));
     if (largest.size() == 0) largest = VectorX::Zero(residuals.size());
     Eigen::Index unmet = 0;

@@ -12,9 +12,7 @@ constexpr double switch_time_tolerance = 1e-11;  // of the duration: switches cl
 void make_permanent(Attachment& attachment, bool is_attached) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   attachment.from = -infinity, attachment.until = infinity;
-  if (is_attached) return;
-  attachment.mass = 0;
-  attachment.inertia.setZero();
+  if (!is_attached) detach(attachment);
 }
 
 }  // namespace
@@ -40,6 +38,11 @@ bool PayloadIntervals::is_attached(std::size_t attachment, int interval) const {
   const double middle = (begin + (k == switches_.size() ? duration_ : switches_[k])) / 2;
   const auto& [taken_up, set_down] = presence_[attachment];
   return taken_up <= middle && middle < set_down;
+}
+
+void detach(Attachment& attachment) {
+  attachment.mass = 0;
+  attachment.inertia.setZero();
 }
 
 Mechanism mechanism_in_interval(const Mechanism& mechanism, const PayloadIntervals& intervals, int interval) {

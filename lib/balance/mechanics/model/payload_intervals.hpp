@@ -63,6 +63,9 @@ class PayloadIntervals {
   std::vector<double> switches_;
 };
 
+/// Removes the mass; name and index stay.
+void detach(Attachment& attachment);
+
 /// The mechanism during one interval: detached payloads have no mass, and all attachments are permanent. Bodies, names
 /// and indices do not change.
 Mechanism mechanism_in_interval(const Mechanism& mechanism, const PayloadIntervals& intervals, int interval);

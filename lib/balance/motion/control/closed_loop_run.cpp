@@ -365,8 +365,7 @@ class ClosedLoopRun {
     bool takes_up = false;
     for (std::size_t a = 0; a < before.attachments.size(); ++a) {
       if (!intervals_.is_attached(a, interval) || intervals_.is_attached(a, interval - 1)) continue;
-      before.attachments[a].mass = 0;
-      before.attachments[a].inertia.setZero();
+      model::detach(before.attachments[a]);
       takes_up = true;
     }
     const VectorX position = plant_->position();
