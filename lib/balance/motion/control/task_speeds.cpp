@@ -56,29 +56,29 @@ Vector3 TaskSpeeds::point_of(const model::GeneralisedSpeedTerm& term, const std:
 }
 
 VectorX TaskSpeeds::rates(const VectorX& position, const VectorX& velocity) const {
-  const std::vector<BodyMotion> motions =
-      results::body_motions_at(mechanism_, position, velocity, VectorX::Zero(position.size()));
-  VectorX values = VectorX::Zero(size());
-  for (std::size_t i = 0; i < speeds_.size(); ++i)
-    for (const model::GeneralisedSpeedTerm& term : speeds_[i].terms)
-      values[static_cast<Eigen::Index>(i)] +=
-          term.factor * (term.kind == Kind::coordinate ? velocity[term.index]
-                         : term.kind == Kind::angular_velocity
-                             ? motions[static_cast<std::size_t>(term.body)].angular_velocity[term.index]
-                             : point_of(term, motions, 1)[term.index]);
-  return values;
+  const VectorX zero = VectorX::Zero(position.size());
+  return sum_terms(results::body_motions_at(mechanism_, position, velocity, zero), velocity, 1);
 }
 
 VectorX TaskSpeeds::accelerations(const VectorX& position, const VectorX& velocity, const VectorX& acceleration) const {
-  const std::vector<BodyMotion> motions = results::body_motions_at(mechanism_, position, velocity, acceleration);
+  return sum_terms(results::body_motions_at(mechanism_, position, velocity, acceleration), acceleration, 2);
+}
+
+VectorX TaskSpeeds::sum_terms(const std::vector<BodyMotion>& motions, const VectorX& coordinate_derivatives,
+                              int derivative) const {
   VectorX values = VectorX::Zero(size());
   for (std::size_t i = 0; i < speeds_.size(); ++i)
-    for (const model::GeneralisedSpeedTerm& term : speeds_[i].terms)
-      values[static_cast<Eigen::Index>(i)] +=
-          term.factor * (term.kind == Kind::coordinate ? acceleration[term.index]
-                         : term.kind == Kind::angular_velocity
-                             ? motions[static_cast<std::size_t>(term.body)].angular_acceleration[term.index]
-                             : point_of(term, motions, 2)[term.index]);
+    for (const model::GeneralisedSpeedTerm& term : speeds_[i].terms) {
+      double& value = values[static_cast<Eigen::Index>(i)];
+      if (term.kind == Kind::coordinate) {
+        value += term.factor * coordinate_derivatives[term.index];
+      } else if (term.kind == Kind::angular_velocity) {
+        const BodyMotion& body = motions[static_cast<std::size_t>(term.body)];
+        value += term.factor * (derivative == 1 ? body.angular_velocity : body.angular_acceleration)[term.index];
+      } else {
+        value += term.factor * point_of(term, motions, derivative)[term.index];
+      }
+    }
   return values;
 }
 

@@ -24,6 +24,9 @@ class TaskSpeeds {
   VectorX errors(const VectorX& desired_position, const VectorX& position) const;
 
  private:
+  /// @param derivative 1: rates, 2: accelerations
+  VectorX sum_terms(const std::vector<results::BodyMotion>& motions, const VectorX& coordinate_derivatives,
+                    int derivative) const;
   Vector3 point_of(const model::GeneralisedSpeedTerm& term, const std::vector<results::BodyMotion>& motions,
                    int derivative) const;
 
