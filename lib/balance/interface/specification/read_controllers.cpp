@@ -57,10 +57,10 @@ CoordinateKind kind_of(CoordinateId coordinate, const StudyBuilder& draft) {
   return draft.study.mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind;
 }
 
-std::string names_of(const std::vector<CoordinateId>& actuators, const StudyBuilder& draft) {
+std::vector<std::string> names_of(const std::vector<CoordinateId>& actuators, const StudyBuilder& draft) {
   std::vector<std::string> names;
   for (const int c : actuators) names.push_back(draft.study.mechanism.coordinates[static_cast<std::size_t>(c)].name);
-  return join_with_conjunction(names, "and");
+  return names;
 }
 
 /// Reads numbers for unknown actuators: checks only that they are numbers.
@@ -76,35 +76,21 @@ void read_all_fixed(const SpecCursor& at, StudyBuilder& draft, SignConstraint si
 VectorX read_per_actuator(const SpecCursor& at, StudyBuilder& draft, const DimensionOf& dimension,
                           SignConstraint sign) {
   const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
-  const auto count = static_cast<Eigen::Index>(actuators.size());
-  VectorX values = VectorX::Zero(count);
-  const auto read = [&](const SpecCursor& c, Eigen::Index a) {
-    values[a] = read_fixed(c, draft, dimension(kind_of(actuators[static_cast<std::size_t>(a)], draft)), sign);
-  };
   if (actuators.empty() ? draft.problems.is_uncertain("actuators") : draft.problems.is_invalid("actuators")) {
     read_all_fixed(at, draft, sign);
     throw CascadingError();
   }
-  if (!at.is_map() && !at.is_list()) {
-    for (Eigen::Index a = 0; a < count; ++a) read(at, a);
-    return values;
-  }
-  if (at.is_list()) {
-    std::string expected = "a number: the spec has no 'actuators'";
-    if (count > 0)
-      expected =
-          fmt::format("a number, or {} numbers, one for each of the actuators {}", count, names_of(actuators, draft));
-    Eigen::Index a = 0;
-    read_each(at.items(expected, static_cast<std::size_t>(count)), [&](const SpecCursor& item) { read(item, a++); });
-    return values;
-  }
-  std::vector<Field> fields;
-  for (Eigen::Index a = 0; a < count; ++a) {
-    const auto c = static_cast<std::size_t>(actuators[static_cast<std::size_t>(a)]);
-    fields.push_back({draft.mechanism().coordinates[c].name, Presence::required,
-                      [&read, a](const SpecCursor& entry) { read(entry, a); }});
-  }
-  read_fields(at, "a number, or one for each actuator", fields);
+  const std::vector<std::string> names = names_of(actuators, draft);
+  const std::string expected_list = names.empty()
+                                        ? "a number: the spec has no 'actuators'"
+                                        : fmt::format("a number, or {} numbers, one for each of the actuators {}",
+                                                      names.size(), join_with_conjunction(names, "and"));
+  VectorX values = VectorX::Zero(static_cast<Eigen::Index>(names.size()));
+  read_entry_per_name(at, names, Presence::required, expected_list, "a number, or one for each actuator",
+                      [&](const SpecCursor& c, std::size_t a) {
+                        values[static_cast<Eigen::Index>(a)] =
+                            read_fixed(c, draft, dimension(kind_of(actuators[a], draft)), sign);
+                      });
   return values;
 }
 
@@ -341,22 +327,14 @@ class ControllerReader {
       read_all_fixed(at, draft_, sign);
       throw CascadingError();
     }
-    VectorX values(static_cast<Eigen::Index>(speeds.size()));
-    if (at.is_scalar()) {
-      values.setConstant(read_fixed(at, draft_, dimension, sign));
-    } else if (at.is_list()) {
-      Eigen::Index k = 0;
-      read_each(at.items(fmt::format("{} numbers, one for each of the speeds", speeds.size()), speeds.size()),
-                [&](const SpecCursor& item) { values[k++] = read_fixed(item, draft_, dimension, sign); });
-    } else {
-      std::vector<Field> fields;
-      for (std::size_t k = 0; k < speeds.size(); ++k)
-        fields.push_back(
-            {speeds[k].name, Presence::required, [&values, k, dimension, sign, this](const SpecCursor& entry) {
-               values[static_cast<Eigen::Index>(k)] = read_fixed(entry, draft_, dimension, sign);
-             }});
-      read_fields(at, "a number, or one for each speed", fields);
-    }
+    std::vector<std::string> names;
+    for (const model::GeneralisedSpeed& speed : speeds) names.push_back(speed.name);
+    VectorX values = VectorX::Zero(static_cast<Eigen::Index>(names.size()));
+    read_entry_per_name(at, names, Presence::required,
+                        fmt::format("{} numbers, one for each of the speeds", names.size()),
+                        "a number, or one for each speed", [&](const SpecCursor& c, std::size_t k) {
+                          values[static_cast<Eigen::Index>(k)] = read_fixed(c, draft_, dimension, sign);
+                        });
     return values;
   }
 

@@ -76,25 +76,12 @@ class TorqueDistributionReader {
   /// One entry for all actuators, a list in their order, or a mapping with entries for some of them.
   void read_entries(const SpecCursor& at, const std::string& what, const ReadEntry& read_entry,
                     std::vector<Share>& shares) const {
+    std::vector<std::string> names;
+    for (std::size_t a = 0; a < shares.size(); ++a) names.push_back(name_of_actuator(a));
     const std::string expected =
         fmt::format("{}, a list with one for each of the {} actuators, or a mapping of actuators", what, shares.size());
-    if (at.is_scalar()) {
-      for (std::size_t a = 0; a < shares.size(); ++a) read_entry(at, effort_of(a), shares[a]);
-    } else if (at.is_list()) {
-      std::size_t a = 0;
-      read_each(at.items(expected, shares.size()), [&](const SpecCursor& item) {
-        const std::size_t own = a++;
-        read_entry(item, effort_of(own), shares[own]);
-      });
-    } else {
-      if (!at.is_map()) at.fail_expected(expected);
-      std::vector<Field> fields;
-      for (std::size_t a = 0; a < shares.size(); ++a)
-        fields.push_back(
-            {name_of_actuator(a), Presence::optional,
-             [&read_entry, &shares, this, a](const SpecCursor& c) { read_entry(c, effort_of(a), shares[a]); }});
-      if (!read_fields(at, expected, fields)) throw CascadingError();
-    }
+    read_entry_per_name(at, names, Presence::optional, expected, expected,
+                        [&](const SpecCursor& c, std::size_t a) { read_entry(c, effort_of(a), shares[a]); });
   }
 
   void read_limit(const SpecCursor& at, Dimension effort, Share& share) const {

@@ -246,4 +246,20 @@ bool read_fields(const SpecCursor& map, const std::string& what, const std::vect
   return map.problems().collect([&] { FieldsReader(map, what, fields).read(); });
 }
 
+void read_entry_per_name(const SpecCursor& at, const std::vector<std::string>& names, Presence need,
+                         const std::string& expected_list, const std::string& expected_mapping,
+                         const std::function<void(const SpecCursor& at, std::size_t name)>& read_entry) {
+  if (at.is_list()) {
+    std::size_t next = 0;
+    read_each(at.items(expected_list, names.size()), [&](const SpecCursor& item) { read_entry(item, next++); });
+  } else if (at.is_map()) {
+    std::vector<Field> fields;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      fields.push_back({names[i], need, [&read_entry, i](const SpecCursor& entry) { read_entry(entry, i); }});
+    if (!read_fields(at, expected_mapping, fields)) throw CascadingError();
+  } else {
+    for (std::size_t i = 0; i < names.size(); ++i) read_entry(at, i);
+  }
+}
+
 }  // namespace balance::specification

@@ -104,4 +104,12 @@ struct Field {
 /// readers throw. @return whether there was no mistake
 bool read_fields(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields);
 
+/// Reads one entry for all of `names`, a list with one for each in their order, or a mapping by name.
+/// @param need whether a mapping must contain all names
+/// @param read_entry of the name with this index
+/// @throws CascadingError after a mistake in a list or mapping
+void read_entry_per_name(const SpecCursor& at, const std::vector<std::string>& names, Presence need,
+                         const std::string& expected_list, const std::string& expected_mapping,
+                         const std::function<void(const SpecCursor& at, std::size_t name)>& read_entry);
+
 }  // namespace balance::specification
