@@ -48,6 +48,13 @@ CLI::Validator number_range_validator(double lower, double upper) {
   return make_range_validator(format_range("a number", lower, upper, std::isfinite(upper)), lower, upper);
 }
 
+CLI::Validator not_blank_validator(const std::string& what) {
+  const auto check = [what](const std::string& text) {
+    return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected " + what + ", found an empty text" : "";
+  };
+  return {[check](std::string& text) { return check(text); }, ""};
+}
+
 void add_choice_validator(CLI::Option* option, const std::vector<std::string>& words) {
   suggest_words(option, words);
   const auto check = [words](const std::string& text) -> std::string {

@@ -14,6 +14,9 @@ CLI::Validator integer_range_validator(long lower,
 
 CLI::Validator number_range_validator(double lower, double upper);  ///< inclusive bounds; infinity: no bound
 
+/// Refuses a blank text. @param what the expected value in the message
+CLI::Validator not_blank_validator(const std::string& what);
+
 /// Restricts the option to these words, which are also offered as completions.
 void add_choice_validator(CLI::Option* option, const std::vector<std::string>& words);
 

@@ -1,6 +1,7 @@
 #include "balance_options.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
+#include "cli/validators.hpp"
 
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/specification/read_options.hpp"
@@ -34,9 +35,7 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
                   "state velocity terms and inertia in the derivatives of these speeds, as in balance equations:\n"
                   "\"vx: tool.x, vy: tool.y\"")
       ->type_name("NAME: TERMS,...")
-      ->check([](const std::string& text) {
-        return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected speeds, found an empty text" : "";
-      });
+      ->check(not_blank_validator("speeds"));
 }
 
 ExitCode run(const ConditionsOptions& options) {
@@ -44,7 +43,8 @@ ExitCode run(const ConditionsOptions& options) {
   std::vector<model::GeneralisedSpeed> speeds;
   if (!options.speeds.empty()) {
     if (is_modular(options.goal)) throw UsageError("--speeds cannot be combined with --strategy modular");
-    speeds = specification::read_speeds(options.speeds, "--speeds", space.start);
+    speeds =
+        specification::read_speeds(options.speeds, "--speeds", specification::SpeedUse::quasi_velocity, space.start);
   }
   const reports::ConditionsReportData view =
       derive_conditions_or_throw(options.goal, space, !options.numbers, std::move(speeds));

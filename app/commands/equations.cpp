@@ -263,12 +263,7 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
 
 namespace {
 
-bool is_blank(const std::string& text) { return text.find_first_not_of(" \t\r\n") == std::string::npos; }
-
 void add_speed_options(CLI::App& parser, EquationsOptions& o) {
-  const auto not_blank = [](const std::string& text) {
-    return is_blank(text) ? "expected speeds, found an empty text" : "";
-  };
   CLI::Option* speeds =
       parser
           .add_option(
@@ -276,10 +271,10 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
               "also print the equation in these speeds: sums of rates of coordinates, of the tool and of com, such as\n"
               "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
-          ->check(not_blank);
+          ->check(not_blank_validator("speeds"));
   parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
-      ->check(not_blank)
+      ->check(not_blank_validator("speeds"))
       ->needs(speeds);
   speeds->excludes(parser.get_option("--output"));
 }
@@ -332,11 +327,13 @@ const Trajectory* trajectory_at(const EquationsOptions& options, const Study& st
 namespace {
 
 model::SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
+  using specification::SpeedUse;
   model::SpeedChoice choice;
-  if (!options.speeds.empty()) choice.speeds = specification::read_speeds(options.speeds, "--speeds", study);
+  if (!options.speeds.empty())
+    choice.speeds = specification::read_speeds(options.speeds, "--speeds", SpeedUse::quasi_velocity, study);
   if (options.speeds.empty() && !options.latex && options.output.empty()) choice.speeds = study.speeds;
   if (!options.constraints.empty())
-    choice.constrained = specification::read_speeds(options.constraints, "--constraints", study);
+    choice.constrained = specification::read_speeds(options.constraints, "--constraints", SpeedUse::constraint, study);
   for (const model::GeneralisedSpeed& speed : choice.speeds)
     for (const model::GeneralisedSpeed& zero : choice.constrained)
       if (speed.name == zero.name)

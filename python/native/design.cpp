@@ -42,7 +42,7 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
                                 " has no design: goal, so a goal is needed: " + join_alternatives(study::goal_names()));
   if (!speeds.empty()) {
     if (request.is_modular) throw std::invalid_argument("speeds cannot be combined with strategy 'modular'");
-    request.speeds = specification::read_speeds(speeds, "speeds", study);
+    request.speeds = specification::read_speeds(speeds, "speeds", specification::SpeedUse::quasi_velocity, study);
   }
   DerivedConditions derived = compute_in_background([spec, request, named](BackgroundTask&) {
     const reports::ConditionsOutcome outcome = derive_conditions_data(request, *spec->space, named);

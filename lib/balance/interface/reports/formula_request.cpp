@@ -179,7 +179,8 @@ class FormulaDerivation {
         request_.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
     std::vector<model::GeneralisedSpeed> speeds;
     if (!request_.speeds.empty()) {
-      speeds = specification::read_speeds(request_.speeds, name_of("speeds").c_str(), study());
+      speeds = specification::read_speeds(request_.speeds, name_of("speeds").c_str(),
+                                          specification::SpeedUse::quasi_velocity, study());
     } else if (asks_for(SheetSectionKind::speeds)) {
       speeds = study().speeds;
       if (speeds.empty())

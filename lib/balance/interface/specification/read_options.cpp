@@ -73,10 +73,10 @@ void require_numbers(const Member& member) {
 
 }  // namespace
 
-std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
+std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, SpeedUse use,
+                                                 const Study& study) {
   StudyBuilder draft = make_option_builder(study, option);
   std::vector<model::GeneralisedSpeed> speeds;
-  const SpeedUse use = std::string_view(option) == "--constraints" ? SpeedUse::constraint : SpeedUse::quasi_velocity;
   draft.problems.collect([&] {
     require_text(text, "speeds");
     const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);

@@ -2,6 +2,7 @@
 /// Readers of command-line options.
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_speeds.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/motion/study/study.hpp"
@@ -33,6 +34,7 @@ inline void require_text(const std::string& text, const char* what) {
 /// are as in a spec's `constraints` (interface/specification/read_speeds.hpp)
 /// @param option its name in messages
 /// @throws SpecError whose file is the option
-std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study);
+std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, SpeedUse use,
+                                                 const Study& study);
 
 }  // namespace balance::specification

@@ -70,9 +70,8 @@ std::string describe_goal(const Goal& goal, const std::string& speeds) {
       case GoalKind::decoupled:
         if (speeds.empty())
           return "the actuators carry nothing at rest, feel no velocity terms and no acceleration but their own";
-        return "the actuators carry nothing at rest and feel neither velocity terms nor a derivative of a speed but "
-               "that "
-               "in their own place, " +
+        return "the actuators carry nothing at rest and feel neither velocity terms nor a derivative of a speed "
+               "but that in their own place, " +
                derivatives;
       case GoalKind::force: return "the frame feels no shaking force: the centre of mass stands still";
       case GoalKind::moment: return "the frame feels no shaking moment: the angular momentum is always zero";

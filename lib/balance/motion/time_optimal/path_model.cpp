@@ -277,9 +277,8 @@ bool depends_on_distribution(const LimitableQuantity& quantity) {
 
 std::string describe_unlimitable(const std::string& quantity) {
   return "torque_distribution: a law with a limit of '" + quantity +
-         "' can only be found for the method least-norm without limits and preload, where the efforts are linear in "
-         "the "
-         "forces";
+         "' can only be found for the method least-norm without limits and preload, where the efforts are linear "
+         "in the forces";
 }
 
 bool needs_all_details(const LimitableQuantity& quantity) {
