@@ -134,6 +134,26 @@ class Prescribed(Case):
         np.testing.assert_allclose(found["constraint_force"][:, 0], torque, rtol=0, atol=1e-10)
         self.power_balance(found, 0.7 * ds**2 + 0.1 * W**2)
 
+    def test_a_single_state_is_that_of_a_run(self):
+        for text, joints in ((BELT.replace("VALUE", '"speed*sin(w*t)"'), ("P.y", "P.angle")), (TABLE, ("S",)),
+                             (SLEIGH, ("P.x", "P.angle"))):
+            spec = self.write("spec.yaml", text)
+            found = self.results("simulate", spec, "--samples", "11")
+            with h5py.File(self.path("run.h5")) as file:
+                names = [name.decode() for name in file["coordinate"]]
+            at = ",".join(f"{name}={q!r}" for name, q in zip(names, found["joint_position"][4].tolist()))
+            rates, accelerations = (
+                ",".join(f"{name}={found[f'joint_{what}'][4, names.index(name)].item()!r}" for name in joints)
+                for what in ("velocity", "acceleration"))
+            done = run("simulate", spec, "--at", at, "--rates", rates, "--accelerations", accelerations,
+                       "--time", repr(found["time"][4].item()), "--json")
+            self.assert_quiet_success(done)
+            values = {one["quantity"]: one["value"] for one in json.loads(done.stdout)["values"]}
+            for what in ("velocity", "acceleration"):
+                np.testing.assert_allclose([values[f"joint_{what}[{name}]"] for name in names],
+                                           found[f"joint_{what}"][4], rtol=0, atol=1e-10)
+            np.testing.assert_allclose(values["shaking_force"], found["shaking_force"][4], rtol=0, atol=1e-9)
+
     def test_equation_at_a_pose(self):
         """M' = m, B' = c and z' = -m (s W^2 + e W') at the time given."""
         spec = self.write("table.yaml", TABLE)

@@ -87,8 +87,7 @@ MotionOutcome EquationTermsOf<S>::assemble(const double* q, const std::vector<Co
 /// Moves to a configuration and updates poses and C.
 template <class S>
 MotionOutcome EquationTermsOf<S>::move_to(const double* q, double time) {
-  if (has_prescribed_speeds_) branch_.set_constraint_time(time);
-  MotionOutcome outcome = branch_.move_to(q);
+  MotionOutcome outcome = branch_.move_to(q, time);
   if (outcome.status != MotionStatus::done) return outcome;
   compute_poses(branch_.tree(), branch_.y(), branch_.state());
   branch_.fill_transformation(C_);

@@ -91,7 +91,7 @@ MotionOutcome InverseDynamicsOf<S>::assemble(const double* q, const std::vector<
 /// Sets the tree coordinates, rates and accelerations of a state.
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::set_state(const StateView& state) {
-  MotionOutcome outcome = branch_.move_to(state.q);
+  MotionOutcome outcome = branch_.move_to(state.q, state.time);
   if (outcome.status != MotionStatus::done) {
     outcome.time = state.time;
     return outcome;
@@ -124,7 +124,7 @@ template <class S>
 MotionOutcome InverseDynamicsOf<S>::solve_open_tree(const StateView& state, double* effort) {
   const double *y = state.q, *dy = state.dq, *ddy = state.ddq;
   if (!branch_.has_identity_map()) {
-    branch_.move_to(state.q);
+    branch_.move_to(state.q, state.time);
     branch_.set_rates(state.dq);
     branch_.set_accelerations(state.ddq);
     y = branch_.y(), dy = branch_.dy(), ddy = branch_.ddy();

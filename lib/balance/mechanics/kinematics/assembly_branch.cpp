@@ -308,7 +308,7 @@ MotionOutcome AssemblyBranch<S>::move_closed_to(const double* q) {
 
 template <class S>
 MotionOutcome AssemblyBranch<S>::assemble(const double* q, const std::vector<CoordinateValue>& near) {
-  if (is_explicit_) return move_to(q);
+  if (is_explicit_) return move_to(q, 0);
   const Snapshot saved_state = snapshot();
   for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
     tree_.nodes[tree_.spherical_joints[b]].R_PF = initial_references_[b];

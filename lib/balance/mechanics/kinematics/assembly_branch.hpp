@@ -73,7 +73,9 @@ class AssemblyBranch {
 
   /// Moves to other independent coordinates along the straight line; the first call assembles. On failure the
   /// configuration does not change.
-  MotionOutcome move_to(const double* q) {
+  /// @param time of the values of constraints on speeds [s]
+  MotionOutcome move_to(const double* q, double time) {
+    sample_.constraint_time = time;
     if (!is_explicit_) return move_closed_to(q);
     set_explicit(q, 1, y_.data());
     MotionOutcome outcome;
@@ -81,8 +83,6 @@ class AssemblyBranch {
     return outcome;
   }
 
-  /// From now on constraints on speeds take their values at this time [s]; before, they are zero.
-  void set_constraint_time(double time) { sample_.constraint_time = time; }
   /// Sets the rates at the configuration of move_to(). The state then holds angular velocities and, if a closure
   /// slides, those of the origins.
   void set_rates(const double* dq);
