@@ -200,6 +200,18 @@ void SampleEvaluator<S>::initialise_turns(const T* y) {
 }
 
 template <class S>
+void SampleEvaluator<S>::continue_turns(const VectorX& near) {
+  constexpr double two_pi = 2 * std::numbers::pi;
+  for (CutCoordinate& cut : cut_coordinates_) {
+    if (mechanism_.coordinates[cut.coordinate].kind != CoordinateKind::angle) continue;
+    T& position = sample_.position[cut.coordinate];
+    const double turns = two_pi * std::round((near[cut.coordinate] - value_of(position)) / two_pi);
+    position += turns;
+    if (cut.linear) cut.quantity.constant += turns;
+  }
+}
+
+template <class S>
 void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, trajectory::SampleOf<T>& sample) const {
   for (const TreeCoordinate& tree_coordinate : tree_coordinates_) {
     sample.position[tree_coordinate.coordinate] = tree_coordinate.source.value(y);

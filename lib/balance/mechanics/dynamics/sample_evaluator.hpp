@@ -80,6 +80,9 @@ class SampleEvaluator {
 
   /// Evaluates only the coordinates, to keep the count of full turns.
   void update_coordinates(const TreeMotion<S>& motion);
+  /// Adds full turns to the angles evaluated last, and to all later ones, such that they are nearest to these.
+  /// @param near per coordinate of the mechanism [rad or m]
+  void continue_turns(const VectorX& near);
   /// Makes the next evaluation the first of another motion.
   void restart() { is_first_ = true; }
 

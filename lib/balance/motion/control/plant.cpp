@@ -128,6 +128,8 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   update_max_rate();
   make_notes();
   update_coordinates();
+  evaluator_->continue_turns(q);
+  position_ = evaluator_->sample().position;
   return outcome;
 }
 

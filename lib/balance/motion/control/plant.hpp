@@ -38,7 +38,7 @@ class Plant {
 
   /// Starts at joint coordinates and rates. Coordinates that violate the closures are corrected: the actuated ones are
   /// kept if they determine the rest, else the ones that determine it best. Rates follow from the same coordinates.
-  /// @param position, velocity per mechanism coordinate (those of cut joints have no effect)
+  /// @param position, velocity per mechanism coordinate (of cut joints, angles only tell the full turns)
   MotionOutcome start(double time, const VectorX& position, const VectorX& velocity);
 
   /// Advances to a later time with constant efforts (zero-order hold).
