@@ -7,7 +7,7 @@ import unittest
 import h5py
 import numpy
 
-from _program import CONFIGS, Case, run, unwrapped
+from _program import CONFIGS, Case, config, run, unwrapped
 
 G = 9.81
 # The arm of P0, section 3.2, balanced for the 0.5 kg that it always carries: the conditions by hand, as in load_cases.py.
@@ -312,6 +312,45 @@ class PassingPayloads(Case):
         notes = json.loads(done.stdout)["notes"]
         self.assertTrue(any("payload 'extra' is taken up at" in note for note in notes), notes)
         self.assertTrue(any("payload 'extra' is set down at" in note for note in notes), notes)
+
+    def controlled(self, text, *arguments):
+        file = self.path("run.h5")
+        done = run("control", self.write("spec.yaml", text), "-o", file, "--force", "--json", *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with h5py.File(file) as read:
+            samples = {name: numpy.array(read[name]) for name in read if isinstance(read[name], h5py.Dataset)}
+        return json.loads(done.stdout), samples
+
+    def test_both_sides_of_a_change_have_the_efforts_of_that_moment(self):
+        """The open-loop torque falls from 100 N m to 0 within 1e-7 s of the change; the peak of the power is before it."""
+        text = arm("  extra: {body: link2, at: P3, mass: 0.5, from: 0.4}") + """\
+controllers:
+  push: {type: open-loop, table: [[0, 0, 0], [0.4, 100, 0], [0.4000001, 0, 0], [1, 0, 0]]}
+"""
+        told, samples = self.controlled(text, "-t", "swing", "-c", "push", "--samples", "401")
+        k = int(numpy.argmin(abs(samples["time"] - 0.4)))
+        before = 2 * samples["joint_velocity"][k - 1, 0] - samples["joint_velocity"][k - 2, 0]  # to 0.4 s, before the impact
+        peak = next(one["peak"] for one in told["metrics"] if one["quantity"] == "power")
+        self.assertAlmostEqual(peak, 100 * abs(before), delta=1e-4 * peak)
+
+    def test_full_turns_are_counted_across_a_change(self):
+        """The cut joint's angle goes on where it was, whichever joint the loop is cut at."""
+        text = config("four-bar.yaml", (r"joints:\n(.*?\n)(.*?\n)(.*?\n)(.*?\n)", ""), ("motion: {duration: 0.5", "motion: {duration: 1"),
+                      ("2 \\* pi", "4 * pi"))
+        joints = {name: f"  {name}: {{type: revolute, connects: [{one}, {two}]}}\n" for name, one, two in (
+            ("A", "ground.A", "crank.A"), ("B", "crank.B", "coupler.B"), ("C", "coupler.C", "rocker.C"), ("D", "ground.D", "rocker.D"))}
+        for order in ("ADCB", "ABCD", "ABDC"):
+            listed = "joints:\n" + "".join(joints[name] for name in order) + "payloads: {load: {body: coupler, at: C, mass: 0.1, until: 0.8}}\n"
+            _, samples = self.controlled(text.replace("\nactuators:", f"\n{listed}\nactuators:", 1), "-t", "cycloid", "-c", "computed-torque")
+            self.assertLess(numpy.abs(numpy.diff(samples["joint_position"], axis=0)).max(), 0.5, order)
+
+    def test_notes_of_what_was_before_a_change_remain(self):
+        text = config("four-bar.yaml", ("assembly:", "friction: {A: {coulomb: 5}, B: {coulomb: 5}, C: {coulomb: 5}, D: {coulomb: 5}}\nassembly:")) + """
+payloads: {load: {body: coupler, at: C, mass: 0.1, until: 0.3}}
+controllers: {push: {type: open-loop, table: [[0, 0], [0.1, 0], [0.2, 60], [0.5, 60]]}}
+"""
+        told, _ = self.controlled(text, "-t", "cycloid", "-c", "push")
+        self.assertTrue(any("joints at rest share the load" in note for note in told["notes"]), told["notes"])
 
 
 if __name__ == "__main__":

@@ -261,7 +261,8 @@ class ClosedLoopRun {
     }
     clear_round_off(result_);
     result_.outcome = outcome_;
-    result_.outcome.notes = plant_->notes();
+    keep_plant_notes();
+    result_.outcome.notes = plant_notes_;
     result_.outcome.notes.insert(result_.outcome.notes.end(), payload_notes_.begin(), payload_notes_.end());
     simulation::add_payload_notes(mechanism_, events_.back().time, result_);
     const std::vector<std::string>& controller_notes = law_.notes();
@@ -355,6 +356,11 @@ class ClosedLoopRun {
     if (e > 0) variation_ += effort_profile_->total_variation(events_[e - 1].time, events_[e].time);
   }
 
+  void keep_plant_notes() {
+    for (const std::string& note : plant_->notes())
+      if (std::find(plant_notes_.begin(), plant_notes_.end(), note) == plant_notes_.end()) plant_notes_.push_back(note);
+  }
+
   /// Takes up and sets down payloads: the rates jump, and a plant with other masses goes on. Both sides are recorded.
   bool change_payloads(std::size_t e) {
     const double time = events_[e].time;
@@ -378,6 +384,7 @@ class ClosedLoopRun {
       energy_loss = impact.energy_loss;
     }
     payload_notes_.push_back(describe_impact(mechanism_, intervals_, interval, time, energy_loss));
+    keep_plant_notes();
     past_term_sizes_.emplace_back(plant_->term_sizes(), plant_->term_sizes_over_mobility());
     plant_options_.max_steps = std::max(1L, plant_options_.max_steps - plant_->cost().steps);
     plant_.emplace(after, plant_options_, trajectory_.about);
@@ -389,11 +396,11 @@ class ClosedLoopRun {
   bool advance_to_event(std::size_t e, long& done_rows) {
     const SampleEvent& event = events_[e];
     if (e > 0 && !is_successful(advance(event.time))) return false;
+    if (effort_profile_) sample_effort_profile(e);
     const std::vector<double>& switches = intervals_.switch_times();
     while (static_cast<std::size_t>(interval_) < switches.size() &&
            event.time >= switches[static_cast<std::size_t>(interval_)] - switch_tolerance_)
       if (!change_payloads(e)) return false;
-    if (effort_profile_) sample_effort_profile(e);
     if (!(numerics::max_abs(plant_->velocity()) < state_overflow_limit) ||
         !(numerics::max_abs(plant_->position()) < state_overflow_limit))
       return is_successful(trajectory::make_overflow_outcome(event.time, "the motion"));
@@ -479,7 +486,7 @@ class ClosedLoopRun {
   PlantOptions plant_options_;
   std::optional<Plant> plant_;
   std::vector<std::pair<results::TermMagnitudes, results::TermMagnitudes>> past_term_sizes_;  ///< of earlier plants
-  std::vector<std::string> payload_notes_;
+  std::vector<std::string> plant_notes_, payload_notes_;
   long samples_ = 0;
   std::vector<SampleEvent> events_;
   trajectory::MotionTable desired_;  ///< one row per event
