@@ -227,6 +227,12 @@ class Distribution(Case):
         self.assertTrue(any("leave no choice" in note for note in found["answer"]["notes"]))
         self.assertEqual([one["actuator"] for one in found["stated"]["excesses"]], ["A1"])
 
+    def test_with_too_few_actuators_nothing_is_said_of_a_distribution(self):
+        spec = self.write("rr.yaml", config("rr.yaml", (r"actuators: \[R1, R2\]",
+                                                        "actuators: [R1]\ntorque_distribution: {method: least-peak, limits: {R1: 5}}")))
+        done = run("check", spec, "--json")
+        self.assertNotIn("leave no choice", done.stdout)
+
     def test_what_needs_linear_efforts_is_refused_in_words(self):
         spec = self.write("spec.yaml", FIVE_BAR.spec(FIVE_BAR.joints, "{method: least-peak}"))
         done = run("simulate", spec, "-t", "cycloid", "--split", "-o", self.path("split.h5"))

@@ -33,13 +33,9 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const kinematics::Tree<
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
   if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) {
-    notes_.push_back(trajectory::describe_over_actuation(motors, freedoms,
-                                                         model::describe_distribution(mechanism.torque_distribution)));
-    if (mechanism.torque_distribution) distribution_ = model::scale_distribution(mechanism, tree.characteristic_length);
-  } else if (mechanism.torque_distribution) {
-    notes_.push_back(trajectory::describe_determined_efforts(motors, freedoms));
-  }
+  trajectory::add_distribution_note(mechanism, freedoms, notes_);
+  if (motors > freedoms && mechanism.torque_distribution)
+    distribution_ = model::scale_distribution(mechanism, tree.characteristic_length);
   if (closures_ > columns_ - freedoms) notes_.push_back(trajectory::describe_over_constraint());
   const bool has_distinct_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && has_distinct_columns && closures_ == columns_ - freedoms;

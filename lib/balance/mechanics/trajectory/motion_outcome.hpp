@@ -62,10 +62,20 @@ std::string describe_flat_disc(const Mechanism& mechanism, const std::vector<dou
 std::string describe_under_actuation(int motors, int freedoms);
 /// @param distribution describe_distribution() of the mechanism's
 std::string describe_over_actuation(int motors, int freedoms, const std::string& distribution);
-/// @param what that only linear efforts have: "parts"
-std::string describe_nonlinear_efforts(const std::string& what);
 /// A torque distribution has no effect.
 std::string describe_determined_efforts(int motors, int freedoms);
+/// Adds how efforts are distributed over redundant actuators, or that a distribution has no effect.
+template <class T>
+void add_distribution_note(const MechanismOf<T>& mechanism, int freedoms, std::vector<std::string>& notes) {
+  const int motors = static_cast<int>(mechanism.actuators.size());
+  if (motors > freedoms)
+    notes.push_back(
+        describe_over_actuation(motors, freedoms, model::describe_distribution(mechanism.torque_distribution)));
+  else if (motors == freedoms && mechanism.torque_distribution)
+    notes.push_back(describe_determined_efforts(motors, freedoms));
+}
+/// @param what that only linear efforts have: "parts"
+std::string describe_nonlinear_efforts(const std::string& what);
 std::string describe_over_constraint();
 std::string describe_locked_freedom(const Mechanism& mechanism, const model::PassiveFreedom& spin);
 

@@ -260,11 +260,7 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
             {}};
   MotionOutcome result = set_gains(basis);
   if (distribution_ && is_inverse_dynamics_based(controller_))
-    notes_.push_back(
-        motors > model_.freedoms()
-            ? trajectory::describe_over_actuation(motors, model_.freedoms(),
-                                                  model::describe_distribution(model_mechanism_->torque_distribution))
-            : trajectory::describe_determined_efforts(motors, model_.freedoms()));
+    trajectory::add_distribution_note(*model_mechanism_, model_.freedoms(), notes_);
   return result;
 }
 

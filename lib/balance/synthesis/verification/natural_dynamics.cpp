@@ -138,13 +138,9 @@ NaturalSampleEvaluator::NaturalSampleEvaluator(const Mechanism& mechanism, const
   if (mechanism.tool) tool_ = make_tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
   if (motors < freedoms) mismatch_ = trajectory::describe_under_actuation(motors, freedoms);
-  if (motors > freedoms) {
-    notes_.push_back(trajectory::describe_over_actuation(motors, freedoms,
-                                                         model::describe_distribution(mechanism.torque_distribution)));
-    if (mechanism.torque_distribution) distribution_ = model::scale_distribution(mechanism, model.length());
-  } else if (mechanism.torque_distribution) {
-    notes_.push_back(trajectory::describe_determined_efforts(motors, freedoms));
-  }
+  trajectory::add_distribution_note(mechanism, freedoms, notes_);
+  if (motors > freedoms && mechanism.torque_distribution)
+    distribution_ = model::scale_distribution(mechanism, model.length());
   for (auto* values : {&sample_.position, &sample_.velocity, &sample_.acceleration})
     values->setZero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
   for (auto* values : {&sample_.effort, &sample_.power}) values->setZero(motors);
