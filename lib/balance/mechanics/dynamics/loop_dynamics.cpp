@@ -408,16 +408,17 @@ std::vector<int> LoopDynamics<S>::preferred_columns() const {
 /// Of more preferred columns than freedoms, those that determine the others best: the dependent columns are, as far as
 /// possible, the others. Empty if that is not possible.
 template <class S>
-std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int> preferred, MatrixX jacobian) const {
-  if (static_cast<int>(preferred.size()) == freedoms_) return preferred;
+std::vector<int> LoopDynamics<S>::select_preferred(const std::vector<int>& preferred, const MatrixX& jacobian) const {
+  if (static_cast<int>(preferred.size()) <= freedoms_) return preferred;
   const auto is_preferred = [&](int column) {
     return std::find(preferred.begin(), preferred.end(), column) != preferred.end();
   };
+  MatrixX weighted = jacobian;
   for (int c = 0; c < columns(); ++c)
-    if (!is_preferred(c)) jacobian.col(c) *= other_column_weight;
+    if (!is_preferred(c)) weighted.col(c) *= other_column_weight;
   double unused;
   const std::vector<int> independent =
-      complement_indices(pivot_columns(jacobian, columns() - freedoms_, unused), columns());
+      complement_indices(pivot_columns(weighted, columns() - freedoms_, unused), columns());
   return std::all_of(independent.begin(), independent.end(), is_preferred) ? independent : std::vector<int>();
 }
 
@@ -629,7 +630,7 @@ double LoopDynamics<S>::residual() const {
   template double LoopDynamics<S>::residual() const;                                                            \
   template void LoopDynamics<S>::weigh_columns();                                                               \
   template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                         \
-  template std::vector<int> LoopDynamics<S>::select_preferred(std::vector<int>, MatrixX) const;                 \
+  template std::vector<int> LoopDynamics<S>::select_preferred(const std::vector<int>&, const MatrixX&) const;   \
   template bool LoopDynamics<S>::choose_independent_columns(const double*, bool);                               \
   template void LoopDynamics<S>::select_closure_rows(const std::vector<int>&);                                  \
   template MotionOutcome LoopDynamics<S>::assemble(double, const VectorX&, const VectorX&, VectorX&, VectorX&); \

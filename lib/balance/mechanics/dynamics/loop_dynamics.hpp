@@ -126,7 +126,7 @@ class LoopDynamics {
   void weigh_columns();
   void select_closure_rows(const std::vector<int>& rows);
   std::vector<int> preferred_columns() const;
-  std::vector<int> select_preferred(std::vector<int> preferred, MatrixX jacobian) const;
+  std::vector<int> select_preferred(const std::vector<int>& preferred, const MatrixX& jacobian) const;
 
   const Mechanism& mechanism_;
   ForwardOptions options_;
