@@ -1,5 +1,6 @@
 """Formulas and programs of mechanisms with loops: random ones, redundant closures, motors that are too many or too few."""
 
+import math
 import os
 import shutil
 import subprocess
@@ -11,6 +12,22 @@ from _program import CONFIGS, Case, run
 from _random_loops import fault, runs
 
 FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
+
+
+def closed_chain(count):
+    """A spatial loop of revolutes with oblique axes, which closes where all coordinates are zero: bodies' axes are the world's there."""
+    places = [[round(math.cos(6.2 * k / count), 2), round(math.sin(6.2 * k / count), 2), round(0.3 * math.cos(2.3 * k), 2)] for k in range(count)]
+    names = ["ground", *(f"b{k}" for k in range(1, count)), "ground"]
+    origins = [[0, 0, 0], *places[:-1], [0, 0, 0]]
+    at = [[round(a - b, 2) for a, b in zip(places[k], origins[k])] for k in range(count)]
+    bodies = [f"  b{k}: {{mass: {k}, com: [0.1, 0.05, 0.02], inertia: [0.01, 0.02, 0.025], points: {{A: [0, 0, 0], B: {at[k]}}}}}" for k in range(1, count)]
+    joints = []
+    for k in range(count):
+        first = "ground.A" if k == 0 else f"{names[k]}.B"
+        second = "ground.B" if k == count - 1 else f"{names[k + 1]}.A"
+        joints.append(f"  J{k}: {{type: revolute, connects: [{first}, {second}], axis: [{k % 3 - 0.7:.1f}, {(k + 1) % 4 - 1.3:.1f}, 1]}}")
+    return "\n".join(["space: spatial", "gravity: [0, 0, -9.81]", f"ground: {{points: {{A: {places[0]}, B: {places[-1]}}}}}", "bodies:", *bodies,
+                      "joints:", *joints, "actuators: [J0]", ""])
 
 
 class Loops(Case):
@@ -37,6 +54,12 @@ class Loops(Case):
                     text = self.text(os.path.join(CONFIGS, f"{config}.yaml"), *set_, "--code", "c")
                     if shutil.which("cc"):
                         self.assertIsNone(runs("c", text, folder))
+
+    def test_a_loop_of_seven_oblique_revolutes_has_a_program(self):
+        """Its closures are too long for formulas, which the program does not need."""
+        spec = self.write("7r.yaml", closed_chain(7))
+        self.assertIn("too long", run("equations", spec, "--only", "closures").stderr)
+        self.assertIsNone(runs("python", self.text(spec, "--code", "python"), self.folder))
 
     def test_a_program_says_that_the_loops_do_not_close(self):
         far = "try:\n    torques(prepare(GIVEN), [9.0, -9.0], [0, 0], [0, 0])\nexcept NotSolved as error:\n    print('not solved:', error)"

@@ -47,10 +47,10 @@ void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& t
                    const std::vector<int>& needed);
 
 /// Chooses what the program of a mechanism with loops takes and gives.
-/// @param text of the program's straight-line functions
+/// @param straight_line the program's straight-line functions @param closures how many equations close the loops
 /// @throws FormulaError if its loops do not close
-LoopProgram make_loop_program(const Mechanism& mechanism, Ring& ring, const SymbolicTree& tree,
-                              ProgramInterpreter& straight_line, const ProgramOptions& options);
+LoopProgram make_loop_program(const Mechanism& mechanism, const Ring& ring, const SymbolicTree& tree,
+                              std::size_t closures, ProgramInterpreter& straight_line, const ProgramOptions& options);
 /// States of the program's arguments, and the engine's efforts.
 SelfTestStates make_loop_states(const Mechanism& mechanism, const SymbolicTree& tree, ProgramInterpreter& straight_line,
                                 const LoopProgram& program);
@@ -444,15 +444,16 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
   const SymbolicTree tree = build_symbolic_tree(ring, mechanism, texts, tree_options);
   const bool has_loops = !tree.closures.empty() && !has_velocity_constraints(mechanism);
   StraightLineProgram arena;
-  ProgramParts parts{
-      comment_safe_title(mechanism.name),
-      tree.columns,
-      {},
-      "",
-      0,
-      list_functions(build_tree_program(arena, ring, tree, mechanism.actuators), tree.columns.size(), has_loops),
-      {},
-      {}};
+  TreeProgram tree_program = build_tree_program(arena, ring, tree, mechanism.actuators);
+  const std::size_t closures = tree_program.closures.size();
+  ProgramParts parts{comment_safe_title(mechanism.name),
+                     tree.columns,
+                     {},
+                     "",
+                     0,
+                     list_functions(std::move(tree_program), tree.columns.size(), has_loops),
+                     {},
+                     {}};
   const CodeWriter writer(arena, parts.functions, language);
   parts.numbers = parameters(arena, ring);
   parts.prepare = writer.prepare();
@@ -463,7 +464,7 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
                 parts.states, needed);
   if (!has_loops) return program_text(parts, language);
   ProgramInterpreter straight_line(program_text(parts, language), language, tree.columns.size());
-  parts.loops = make_loop_program(mechanism, ring, tree, straight_line, options);
+  parts.loops = make_loop_program(mechanism, ring, tree, closures, straight_line, options);
   std::erase_if(parts.functions, [&](const CodeFunction& function) {
     return (function.name == "inputs" && !parts.loops->direct.empty()) ||
            (function.name == "closure_bias" && parts.loops->has_all_coordinates);
@@ -764,15 +765,14 @@ void add_motors(const Mechanism& mechanism, const SymbolicTree& tree, LoopProgra
 
 }  // namespace
 
-LoopProgram make_loop_program(const Mechanism& mechanism, Ring& ring, const SymbolicTree& tree,
-                              ProgramInterpreter& straight_line, const ProgramOptions& options) {
+LoopProgram make_loop_program(const Mechanism& mechanism, const Ring& ring, const SymbolicTree& tree,
+                              std::size_t closures, ProgramInterpreter& straight_line, const ProgramOptions& options) {
   assign_values(straight_line, ring);
   LoopProgram program;
   program.columns = tree.columns.size();
   program.has_all_coordinates = options.coordinates == ProgramCoordinates::all;
   program.length = characteristic_length(mechanism);
-  PolynomialFactory make{ring};
-  program.closures = closure_equations<Polynomial>(tree, make).size();
+  program.closures = closures;
   std::vector<VectorX> poses = find_start_poses(mechanism, tree, program, straight_line, options);
   LoopProgramRunner runner(straight_line, program);
   std::vector<MatrixX> jacobians;
