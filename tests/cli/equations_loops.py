@@ -13,6 +13,25 @@ from _random_loops import fault, runs
 
 FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
 
+# Its loop closes where all coordinates are zero. The arm on the rocker is no part of it.
+ARM_ON_FOUR_BAR = """
+space: planar
+gravity: [0, -9.81]
+ground: {points: {A: [0, 0], D: [0.5, 0]}}
+bodies:
+  crank: {mass: 1, com: [0.05, 0.15], inertia: 0.01, points: {A: [0, 0], B: [0.1, 0.3]}}
+  coupler: {mass: 2, com: [0.25, 0.05], inertia: 0.02, points: {B: [0, 0], C: [0.5, 0.1]}}
+  rocker: {mass: 1, com: [0.05, 0.2], inertia: 0.01, points: {C: [0.1, 0.4], D: [0, 0]}}
+  arm: {mass: 0.5, com: [0.1, 0], inertia: 0.002, points: {C: [0, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.A, crank.A]}
+  B: {type: revolute, connects: [crank.B, coupler.B]}
+  C: {type: revolute, connects: [coupler.C, rocker.C]}
+  D: {type: revolute, connects: [ground.D, rocker.D]}
+  E: {type: revolute, connects: [rocker.C, arm.C]}
+actuators: [A, E]
+"""
+
 
 def closed_chain(count):
     """A spatial loop of revolutes with oblique axes, which closes where all coordinates are zero: bodies' axes are the world's there."""
@@ -64,6 +83,32 @@ class Loops(Case):
     def test_a_program_says_that_the_loops_do_not_close(self):
         far = "try:\n    torques(prepare(GIVEN), [9.0, -9.0], [0, 0], [0, 0])\nexcept NotSolved as error:\n    print('not solved:', error)"
         self.assertIn("not solved", self.program([FIVE_BAR], far))
+
+    def test_a_refused_request_leaves_the_pose_as_it_was(self):
+        """A number that is none is refused as well, even where the loops do not depend on it."""
+        spec = self.write("arm.yaml", ARM_ON_FOUR_BAR)
+        wrong = ((9.0, 0.0), (math.nan, 0.0), (0.0, math.nan), (math.inf, 0.0))
+        calls = "k, q = prepare(GIVEN), START\n" + "".join(
+            f"try:\n    torques(k, [float('{a}'), float('{b}')], [0, 0], [0, 0], q)\nexcept NotSolved:\n    print('refused')\n" for a, b in wrong)
+        self.assertEqual(self.program([spec], calls).split(), ["refused"] * len(wrong))
+        if not shutil.which("cc"):
+            return
+        numbers = ", ".join(f"{{{'NAN' if math.isnan(a) else 'INFINITY' if math.isinf(a) else a}, {'NAN' if math.isnan(b) else b}}}" for a, b in wrong)
+        code = self.text(spec, "--code", "c").split("#ifndef WITHOUT_TEST")[0] + f"""
+int main(void) {{
+  const double wrong[][freedoms] = {{{numbers}}}, zero[freedoms] = {{0, 0}};
+  double k[constants], u[motors], q[coordinates];
+  prepare(&given, k);
+  for (int i = 0; i < coordinates; ++i) q[i] = start[i];
+  for (int w = 0; w < {len(wrong)}; ++w) {{
+    if (torques(k, wrong[w], zero, zero, q, u) == SOLVED) return 1;
+    for (int i = 0; i < coordinates; ++i)
+      if (!(q[i] == start[i])) return 2;
+  }}
+  return torques(k, zero, zero, zero, q, u) == SOLVED ? 0 : 3;
+}}
+"""
+        self.assertIsNone(runs("c", code, self.folder))
 
     def test_a_program_keeps_the_assembly_mode(self):
         there = "k = prepare(GIVEN)\n_, q = torques(k, [a + 0.4 for a in (START[i] for i in INDEPENDENT)], [0, 0], [0, 0])\n"

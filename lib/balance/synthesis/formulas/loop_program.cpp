@@ -106,9 +106,9 @@ static int close_loops(const double *k, const double *x, double *q) {
   if (failure) return failure;
   for (int u = 0; u < freedoms; ++u) {
     from[u] = q[independent[u]];
+    if (!(fabs(x[u] - from[u]) <= 1e6 * max_steps[u])) return NOT_CLOSED;
     parts = fmax(parts, ceil(fabs(x[u] - from[u]) / max_steps[u]));
   }
-  if (!(parts <= 1e6)) return NOT_CLOSED;
   for (step = 1 / parts; done < 1;) {
     const double next = done + step < 1 - 1e-9 ? done + step : 1;
     double predicted = 0, corrected = 0;
@@ -174,12 +174,15 @@ const char* const c_least_norm = R"(
 
 const char* const c_torques = R"(
 /* Torques of the motors at the independent coordinates x with rates dx and accelerations ddx.
-   q: before, a pose near which the loops close, such as `start` or the last one; after, that of x. */
+   q: before, a pose near which the loops close, such as `start` or the last one; after, that of x, or the same as before
+   where they are not found. */
 static int torques(const double *k, const double *x, const double *dx, const double *ddx, double *q, double *u) {
   double C[coordinates * freedoms], dq[coordinates], ddq[coordinates], h[closure_rows], A[closure_rows * coordinates];
-  double D[closure_rows * dependents], b[closure_rows];
-  int failure = close_loops(k, x, q);
-  if (!failure) failure = transformation(k, q, C);
+  double D[closure_rows * dependents], b[closure_rows], pose[coordinates];
+  int failure;
+  for (int i = 0; i < coordinates; ++i) pose[i] = q[i];
+  failure = close_loops(k, x, pose);
+  if (!failure) failure = transformation(k, pose, C);
   if (failure) return failure;
   for (int i = 0; i < coordinates; ++i) {
     dq[i] = ddq[i] = 0;
@@ -188,11 +191,13 @@ static int torques(const double *k, const double *x, const double *dx, const dou
       ddq[i] += C[i * freedoms + v] * ddx[v];
     }
   }
-  closure_bias(k, q, dq, b);
-  dependent_columns(k, q, h, A, D);
+  closure_bias(k, pose, dq, b);
+  dependent_columns(k, pose, h, A, D);
   if (solve(closure_rows, dependents, D, 1, b)) return SINGULAR;
   for (int j = 0; j < dependents; ++j) ddq[dependent[j]] -= b[j];
-  return motor_torques(k, q, dq, ddq, C, u);
+  failure = motor_torques(k, pose, dq, ddq, C, u);
+  for (int i = 0; !failure && i < coordinates; ++i) q[i] = pose[i];
+  return failure;
 }
 )";
 
@@ -274,10 +279,10 @@ def close_loops(k, x, q):
     steps are so short that the assembly mode stays the same."""
     q = correct(k, q)
     start = [q[column] for column in INDEPENDENT]
-    parts = max([1.0] + [abs(a - b) / step for a, b, step in zip(x, start, MAX_STEPS)])
-    if not parts <= 1e6:
+    if not all(abs(a - b) <= 1e6 * step for a, b, step in zip(x, start, MAX_STEPS)):
         raise NotSolved("the loops do not close there")
-    parts, done = math.ceil(parts), 0.0
+    parts = math.ceil(max([1.0] + [abs(a - b) / step for a, b, step in zip(x, start, MAX_STEPS)]))
+    done = 0.0
     step = 1 / parts
     while done < 1:
         following = done + step if done + step < 1 - 1e-9 else 1.0
