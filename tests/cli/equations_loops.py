@@ -32,6 +32,32 @@ joints:
 actuators: [A, E]
 """
 
+PLANAR_ARM = """
+space: planar
+gravity: [0, -9.81]
+ground: {points: {O: [0, 0]}}
+bodies:
+  a: {mass: 2, com: [0.2, 0], inertia: 0.03, points: {A: [0, 0], B: [0.5, 0]}}
+  b: {mass: 1, com: [0.15, 0], inertia: 0.01, points: {B: [0, 0], H: [0.4, 0]}}
+actuators: [A, B]
+joints:
+  A: {type: revolute, connects: [ground.O, a.A]}
+  B: {type: revolute, connects: [a.B, b.B]}
+"""
+
+PLANAR_ARM_IN_SPACE = """
+space: spatial
+gravity: [0, -9.81, 0]
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  a: {mass: 2, com: [0.2, 0, 0], inertia: [0.03, 0.03, 0.03], points: {A: [0, 0, 0], B: [0.5, 0, 0]}}
+  b: {mass: 1, com: [0.15, 0, 0], inertia: [0.01, 0.01, 0.01], points: {B: [0, 0, 0], H: [0.4, 0, 0]}}
+actuators: [A, B]
+joints:
+  A: {type: revolute, connects: [ground.O, a.A]}
+  B: {type: revolute, connects: [a.B, b.B]}
+"""
+
 
 def closed_chain(count):
     """A spatial loop of revolutes with oblique axes, which closes where all coordinates are zero: bodies' axes are the world's there."""
@@ -79,6 +105,17 @@ class Loops(Case):
         spec = self.write("7r.yaml", closed_chain(7))
         self.assertIn("too long", run("equations", spec, "--only", "closures").stderr)
         self.assertIsNone(runs("python", self.text(spec, "--code", "python"), self.folder))
+
+    def test_a_loop_that_is_always_closed_is_no_loop_of_a_program(self):
+        """A planar joint between the ground and the end of an arm with parallel axes takes no freedom away."""
+        for space, text in (("plane", PLANAR_ARM), ("space", PLANAR_ARM_IN_SPACE)):
+            with self.subTest(space=space):
+                arm, guided = self.write("arm.yaml", text), self.write("guided.yaml", text + "  P: {type: planar, connects: [ground.O, b.H]}\n")
+                for language in ("python", "c") if shutil.which("cc") else ("python",):
+                    program = self.text(guided, "--code", language)
+                    self.assertIsNone(runs(language, program, self.folder))
+                    self.assertEqual(program, self.text(arm, "--code", language))
+                self.text(guided)
 
     def test_a_program_says_that_the_loops_do_not_close(self):
         far = "try:\n    torques(prepare(GIVEN), [9.0, -9.0], [0, 0], [0, 0])\nexcept NotSolved as error:\n    print('not solved:', error)"

@@ -36,9 +36,10 @@ struct SelfTestStates {
 };
 
 /// Of a program without loops, or of the tree of one.
+/// @param is_closed whether any loops are closed at all poses
 /// @throws FormulaError
 SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicTree& tree,
-                                     const std::vector<int>& needed);
+                                     const std::vector<int>& needed, bool is_closed);
 
 /// Compares the program's torques of the tree with the engine at these states, and at single ones of them with other
 /// parameters and free numbers.
@@ -270,7 +271,7 @@ struct ProgramParts {
   std::vector<std::string> columns;
   std::vector<std::pair<std::string, double>> numbers;
   std::string prepare;
-  std::size_t constants = 0;
+  std::size_t constants = 0, closures = 0;
   std::vector<CodeFunction> functions;
   std::optional<LoopProgram> loops;
   SelfTestStates states;
@@ -442,29 +443,29 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
   TreeOptions tree_options;
   tree_options.needed = find_coordinates(mechanism, options.independent);
   const SymbolicTree tree = build_symbolic_tree(ring, mechanism, texts, tree_options);
-  const bool has_loops = !tree.closures.empty() && !has_velocity_constraints(mechanism);
-  StraightLineProgram arena;
-  TreeProgram tree_program = build_tree_program(arena, ring, tree, mechanism.actuators);
-  const std::size_t closures = tree_program.closures.size();
-  ProgramParts parts{comment_safe_title(mechanism.name),
-                     tree.columns,
-                     {},
-                     "",
-                     0,
-                     list_functions(std::move(tree_program), tree.columns.size(), has_loops),
-                     {},
-                     {}};
-  const CodeWriter writer(arena, parts.functions, language);
-  parts.numbers = parameters(arena, ring);
-  parts.prepare = writer.prepare();
-  parts.constants = writer.constants();
-  if (size != nullptr) *size = writer.size();
-  parts.states = make_self_test_states(mechanism, tree, needed);
-  check_program(ProgramInterpreter(program_text(parts, language), language, tree.columns.size()), ring, tree,
-                parts.states, needed);
-  if (!has_loops) return program_text(parts, language);
+  const auto make_parts = [&](bool has_loops, bool is_closed) {
+    StraightLineProgram arena;
+    TreeProgram tree_program = build_tree_program(arena, ring, tree, mechanism.actuators);
+    ProgramParts parts{comment_safe_title(mechanism.name), tree.columns, {}, "", 0, tree_program.closures.size(), {}, {}, {}};
+    parts.functions = list_functions(std::move(tree_program), tree.columns.size(), has_loops);
+    const CodeWriter writer(arena, parts.functions, language);
+    for (CodeFunction& function : parts.functions) function.outputs.clear();  // they refer to the arena
+    parts.numbers = parameters(arena, ring);
+    parts.prepare = writer.prepare();
+    parts.constants = writer.constants();
+    if (size != nullptr) *size = writer.size();
+    parts.states = make_self_test_states(mechanism, tree, needed, is_closed);
+    check_program(ProgramInterpreter(program_text(parts, language), language, tree.columns.size()), ring, tree,
+                  parts.states, needed);
+    return parts;
+  };
+  if (tree.closures.empty()) return program_text(make_parts(false, true), language);
+  if (has_velocity_constraints(mechanism)) return program_text(make_parts(false, false), language);
+  ProgramParts parts = make_parts(true, false);
   ProgramInterpreter straight_line(program_text(parts, language), language, tree.columns.size());
-  parts.loops = make_loop_program(mechanism, ring, tree, closures, straight_line, options);
+  parts.loops = make_loop_program(mechanism, ring, tree, parts.closures, straight_line, options);
+  const bool is_always_closed = parts.loops->dependent.empty();
+  if (is_always_closed) return program_text(make_parts(false, true), language);
   std::erase_if(parts.functions, [&](const CodeFunction& function) {
     return (function.name == "inputs" && !parts.loops->direct.empty()) ||
            (function.name == "closure_bias" && parts.loops->has_all_coordinates);
@@ -571,11 +572,11 @@ struct TorqueDifference {
 }  // namespace
 
 SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicTree& tree,
-                                     const std::vector<int>& needed) {
+                                     const std::vector<int>& needed, bool is_closed) {
   SelfTestStates states;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  if (!tree.closures.empty()) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
+  if (!is_closed) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
   states.meaning += "The test's torques are those of the program balance.";
   TreeInverseDynamics engine(mechanism, tree, needed);
   for (int s = 0; s < self_test_state_count; ++s) {
