@@ -144,6 +144,14 @@ discs:
             subprocess.run([sys.executable, "-"], input=self.text(spec, "--code", "python"), text=True, check=True,
                            stdout=subprocess.DEVNULL)
 
+    def test_latex_writes_a_name_the_same_way_wherever_it_is(self):
+        for form in ([], ["--numbers"]):
+            text = self.text(os.path.join(CONFIGS, "whitworth.yaml"), "--only", "solved", "--latex", *form)
+            self.assertRegex(text, r"\\Delta_\{\d\} = ")
+            self.assertRegex(text, r"= .*\\Delta_\{\d\}")
+            self.assertNotRegex(text, r"(?<!\\)Delta")
+        self.assertIn(r"\hat M_{11} = ", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
+
     @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
     def test_tex_takes_the_formulas(self):
         with tempfile.TemporaryDirectory() as folder:

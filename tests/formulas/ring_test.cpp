@@ -147,4 +147,6 @@ TEST_CASE("in LaTeX a word is upright as a whole, and a quantity's letter has th
   CHECK(latex_name("xB2") == "x_{B2}");
   CHECK(latex_name("theta1") == "\\theta_{1}");
   CHECK(latex_name("m_cargo") == "m_{\\mathrm{cargo}}");
+  CHECK(latex_name("C1_10") == "C_{1,10}");
+  CHECK(latex_name("Delta2") == "\\Delta_{2}");
 }

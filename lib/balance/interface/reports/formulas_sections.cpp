@@ -193,10 +193,7 @@ std::string formulas_latex(const FormulasReportData& view) {
     text += "% " + section.heading + "\n";
     if (section.is_left_out) text += "% " + length_note(section) + "\n";
     for (const auto& formula : section.formulas)
-      text += display_latex(formula.label.empty() ? ""
-                            : formula.is_symbol   ? formulas::latex_name(formula.label)
-                                                  : formulas::latex_label(formula.label),
-                            formula.text);
+      text += display_latex(formulas::latex_label(formula.label), formula.text);
     for (const std::string& factor : section.nonzero) text += "\\[ " + factor + " \\neq 0 \\]\n";
     for (const auto& one : section.unsolved) text += "% " + one.name + " " + one.reason + "\n";
   }

@@ -367,10 +367,20 @@ void FormulaPrinter::remove_placeholders() {
 namespace {
 
 bool is_greek(const std::string& word) {
-  for (const char* letter : {"alpha", "beta",   "gamma", "delta", "theta", "phi",     "psi", "mu",   "rho", "tau",
-                             "omega", "lambda", "eta",   "kappa", "sigma", "epsilon", "xi",  "zeta", "nu",  "chi"})
+  for (const char* letter : {"alpha", "beta",   "gamma", "delta",  "theta", "phi",     "psi",   "mu",   "rho", "tau",
+                             "omega", "lambda", "eta",   "kappa",  "sigma", "epsilon", "xi",    "zeta", "nu",  "chi",
+                             "Gamma", "Delta",  "Theta", "Lambda", "Xi",    "Pi",      "Sigma", "Phi",  "Psi", "Omega"})
     if (word == letter) return true;
   return false;
+}
+
+/// Names of formulas whose letters are not those that are printed. Blocks in natural coordinates are complex numbers.
+std::string decorated_letter(const std::string& head) {
+  for (const char* name : {"Mhat", "Dhat", "zhat"})
+    if (head == name) return "\\hat " + head.substr(0, 1);
+  if (head == "Mre" || head == "Cre") return "\\Re " + head.substr(0, 1);
+  if (head == "Mim" || head == "Cim") return "\\Im " + head.substr(0, 1);
+  return "";
 }
 
 /// Whether this is a letter with letters as index, as in names of formulas: `lg`, `Jxy`, the `xB` of a point B.
@@ -424,13 +434,20 @@ std::string latex_name(const std::string& name) {
   head = name.substr(0, digit);
   tail = digit == std::string::npos ? "" : name.substr(digit);
   if (is_quantity(head)) tail = head.substr(1) + tail, head.resize(1);
-  if (is_greek(head))
+  if (const std::string letter = decorated_letter(head); !letter.empty())
+    head = letter;
+  else if (is_greek(head))
     head = "\\" + head;
   else if (head.size() > 1)
     head = "\\mathrm{" + head + "}";
   std::string subscript;
-  for (const char c : tail)
-    if (c != '_') subscript += c;
+  const auto is_digit = [&](std::size_t k) {
+    return k < tail.size() && std::isdigit(static_cast<unsigned char>(tail[k])) != 0;
+  };
+  for (std::size_t k = 0; k < tail.size(); ++k) {
+    if (tail[k] != '_') subscript += tail[k];
+    if (tail[k] == '_' && k > 0 && is_digit(k - 1) && is_digit(k + 1)) subscript += ',';
+  }
   if (tail.ends_with("_")) subscript += '\'';
   const bool has_letters =
       std::any_of(subscript.begin(), subscript.end(), [](unsigned char c) { return std::isalpha(c) != 0; });

@@ -18,7 +18,7 @@ namespace balance::formulas {
 
 enum class PrintStyle { text, latex };
 
-/// `theta1` as \theta_{1}, `lg2` as l_{g2}, `tare2` as \mathrm{tare}_{2}.
+/// `theta1` as \theta_{1}, `lg2` as l_{g2}, `tare2` as \mathrm{tare}_{2}, `C1_10` as C_{1,10}, `Mhat11` as \hat M_{11}.
 std::string latex_name(const std::string& name);
 
 class FormulaPrinter {

@@ -40,29 +40,20 @@ std::string sum_text(const SheetFormula& formula, FormulaPrinter& printer, const
 
 std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
   if (!formula.products.empty()) return sum_text(formula, printer, options);
+  const bool latex = options.style == PrintStyle::latex;
+  const std::string denominator_name = latex ? latex_name(formula.denominator_name) : formula.denominator_name;
   if (options.with_values) {
     const std::string numerator = printer.print_numbers(formula.value);
     if (formula.denominator == Polynomial(1)) return numerator;
     const std::string denominator =
-        formula.denominator_name.empty() ? printer.print_numbers(formula.denominator) : formula.denominator_name;
-    return options.style == PrintStyle::latex ? "\\frac{" + numerator + "}{" + denominator + "}"
-                                              : "(" + numerator + ")/(" + denominator + ")";
+        formula.denominator_name.empty() ? printer.print_numbers(formula.denominator) : denominator_name;
+    return latex ? "\\frac{" + numerator + "}{" + denominator + "}" : "(" + numerator + ")/(" + denominator + ")";
   }
   if (formula.denominator == Polynomial(1)) return printer.print(formula.value);
   if (formula.denominator_name.empty()) return printer.print_ratio(formula.value, formula.denominator);
-  const bool latex = options.style == PrintStyle::latex;
   const std::string numerator = printer.print(formula.value);
-  if (latex) return "\\frac{" + numerator + "}{" + latex_name(formula.denominator_name) + "}";
-  return (formula.value.size() > 1 ? "(" + numerator + ")" : numerator) + "/" + formula.denominator_name;
-}
-
-/// Blocks in natural coordinates are complex numbers.
-std::string latex_head(const std::string& name) {
-  if (name == "Phi" || name == "Delta") return "\\" + name;
-  if (name.ends_with("hat")) return "\\hat " + name.substr(0, name.size() - 3);
-  if (name == "Mre" || name == "Cre") return "\\Re " + name.substr(0, 1);
-  if (name == "Mim" || name == "Cim") return "\\Im " + name.substr(0, 1);
-  return name;
+  if (latex) return "\\frac{" + numerator + "}{" + denominator_name + "}";
+  return (formula.value.size() > 1 ? "(" + numerator + ")" : numerator) + "/" + denominator_name;
 }
 
 /// The value with the spec's numbers; std::nullopt where a denominator vanishes.
@@ -101,7 +92,7 @@ std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOp
                            source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
     for (const SheetFormula& formula : source.formulas)
       if (!printed.is_left_out)
-        printed.formulas.push_back({formula.label(), text_of(formula, printer, options), formula.is_symbol});
+        printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
     if (source.section == SheetSectionKind::solutions) add_solution_details(sheet, printer, source, printed);
     sections.push_back(std::move(printed));
   }
@@ -124,17 +115,8 @@ std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, con
 }
 
 std::string latex_label(const std::string& label) {
-  const std::size_t digit = label.find_first_of("0123456789");
-  if (digit == 0 || digit == std::string::npos || label.find('^') != std::string::npos) {
-    const bool is_square = label.ends_with("^2");
-    const std::string name = is_square ? label.substr(0, label.size() - 2) : label;
-    const std::string text = name == "Delta" ? "\\Delta" : latex_name(name);
-    return is_square ? "{" + text + "}^{2}" : text;
-  }
-  std::string indices = label.substr(digit);
-  for (char& c : indices)
-    if (c == '_') c = ',';
-  return latex_head(label.substr(0, digit)) + "_{" + indices + "}";
+  if (!label.ends_with("^2")) return latex_name(label);
+  return "{" + latex_name(label.substr(0, label.size() - 2)) + "}^{2}";
 }
 
 namespace {

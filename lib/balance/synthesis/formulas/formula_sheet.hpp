@@ -48,7 +48,6 @@ struct SheetFormula {
   Polynomial denominator = 1;
   std::string denominator_name;  ///< of a denominator that has a formula of its own
   std::vector<FormulaProduct> products = {};
-  bool is_symbol = false;  ///< the name is that of a number of the spec
   int symbol = -1;         ///< in the ring, of a step: others refer to this formula by it
 
   std::string label() const { return name + indices; }
@@ -110,7 +109,6 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
 struct PrintedFormula {
   std::string label;  ///< `D12`; empty: a condition
   std::string text;   ///< right-hand side; of a condition, the expression that must vanish
-  bool is_symbol = false;
   std::optional<double> value = {};  ///< of solutions and the conditions that remain, with the spec's numbers
 };
 
@@ -146,7 +144,7 @@ std::string text_key(std::size_t s, std::size_t k, SheetSectionKind section, con
 /// Texts by text_key, for check_against_engine.
 std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSection>& sections);
 
-/// `D_{12}`.
+/// `D_{12}`, `{L_{s}}^{2}`.
 std::string latex_label(const std::string& label);
 
 }  // namespace balance::formulas

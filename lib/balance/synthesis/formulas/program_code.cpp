@@ -446,7 +446,8 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
   const auto make_parts = [&](bool has_loops, bool is_closed) {
     StraightLineProgram arena;
     TreeProgram tree_program = build_tree_program(arena, ring, tree, mechanism.actuators);
-    ProgramParts parts{comment_safe_title(mechanism.name), tree.columns, {}, "", 0, tree_program.closures.size(), {}, {}, {}};
+    ProgramParts parts{comment_safe_title(mechanism.name), tree.columns, {}, "", 0,
+                       tree_program.closures.size(),       {},           {}, {}};
     parts.functions = list_functions(std::move(tree_program), tree.columns.size(), has_loops);
     const CodeWriter writer(arena, parts.functions, language);
     for (CodeFunction& function : parts.functions) function.outputs.clear();  // they refer to the arena

@@ -151,7 +151,6 @@ SheetSection make_solution_section(const Ring& ring, const SolvedConditions& sol
                        0};
   for (const SolvedUnknown& one : solved.solution.solved) {
     section.formulas.push_back(make_formula(ring.symbol(one.symbol).name, "", one.value));
-    section.formulas.back().is_symbol = true;
     section.terms += one.value.numerator.size() + one.value.denominator.size() - 1;
   }
   for (const Polynomial& condition : solved.solution.remaining) {
