@@ -166,6 +166,21 @@ class Speeds(Case):
         for words in ("in the speeds P, T, S; zero: roll, side", "freedoms: 5 of configuration, 3 of velocity", "forces of the constraints, efforts apart", "P^2", "P S"):
             self.assertIn(words, done.stdout)
 
+    def test_formulas_share_no_name_with_parameters(self):
+        """What the formulas name is called differently where a parameter has the name."""
+        speeds = ("--only", "speeds", "--speeds", "x: {tool.x: 1, A: 0.3}, y: tool.y")
+        for name in ("Delta", "V11", "M11", "D11"):
+            named = PENDULUM.replace("ground:", f"parameters: {{{name}: 0.5}}\nground:").replace("B: [0.5, 0]", f"B: [{name}, 0]")
+            done = run("equations", self.write("p.yaml", named), *speeds)
+            self.assert_quiet_success(done)
+            self.assertIn(f"{name}_ = ", done.stdout)
+
+    def test_equal_factors_of_speeds_are_one_symbol(self):
+        done = run("equations", self.write("p.yaml", PENDULUM), "--only", "speeds", "--speeds", "x: {A: 0.12345678, B: 0.12345678}, y: B")
+        self.assert_quiet_success(done)
+        self.assertIn("f = 0.123457", done.stdout)
+        self.assertNotIn("f_", done.stdout)
+
     def test_what_cannot_be_is_refused(self):
         spec = self.write("p.yaml", PENDULUM)
         pose = (spec, "--at", "A=0.3,B=0.5")

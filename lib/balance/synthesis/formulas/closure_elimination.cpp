@@ -368,17 +368,11 @@ class ClosureElimination::Implementation {
   Polynomial define(const std::string& name, const std::string& indices, Polynomial value, Polynomial divisor = 1,
                     const std::string& divisor_name = "", const Polynomial& divisor_symbol = 1) {
     if (value.is_zero() || (divisor == Polynomial(1) && value.size() == 1)) return value;
-    const int symbol = ring_.add_symbol(name + indices, SymbolKind::alias, 1);
-    const std::string& label = ring_.symbol(symbol).name;
-    SheetFormula step{name, indices, std::move(value), std::move(divisor), divisor_name};
-    if (label != name + indices) step.name = label, step.indices = "";
-    step.symbol = symbol;
-    for (PoseValues& pose : samples_) pose.symbols.push_back(0);
+    steps_->push_back(define_formula(ring_, name, indices, std::move(value), std::move(divisor), divisor_name));
+    const SheetFormula& step = steps_->back();
     for (PoseValues& pose : samples_)
-      pose.symbols[static_cast<std::size_t>(symbol)] =
-          pose(step.value) / pose(divisor_name.empty() ? step.denominator : divisor_symbol);
-    steps_->push_back(std::move(step));
-    return Polynomial::of_symbol(ring_, symbol);
+      pose.symbols.push_back(pose(step.value) / pose(divisor_name.empty() ? step.denominator : divisor_symbol));
+    return Polynomial::of_symbol(ring_, step.symbol);
   }
   /// A working quantity of the elimination.
   Polynomial define_working(Polynomial value, Polynomial divisor = 1) {

@@ -470,8 +470,8 @@ std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const st
   for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
   for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
   evaluate_definitions(*sheet.speeds, symbols, angles);
-  for (const FormulaDefinition& definition : sheet.speeds->definitions)
-    values[sheet.ring->symbol(definition.symbol).name] = symbols[static_cast<std::size_t>(definition.symbol)];
+  for (const SheetFormula& definition : sheet.speeds->definitions)
+    values[definition.label()] = symbols[static_cast<std::size_t>(definition.symbol)];
   return values;
 }
 

@@ -253,11 +253,9 @@ SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
       {},
       0};
   std::set<std::string> defined;
-  for (const FormulaDefinition& definition : s.definitions) {
-    const std::string& name = sheet.ring->symbol(definition.symbol).name;
-    defined.insert(definition.name + definition.indices);
-    if (with_tree && definition.name == "D") continue;
-    add_formula(section, {name, "", definition.numerator, definition.denominator, definition.denominator_name});
+  for (const SheetFormula& definition : s.definitions) {
+    defined.insert(definition.label());
+    if (!with_tree || definition.name != "D") add_formula(section, definition);
   }
   const auto add = [&](const char* name, std::initializer_list<std::size_t> indices, const Polynomial& value,
                        std::size_t count) {
@@ -369,12 +367,6 @@ const std::vector<std::string>& sheet_section_names() {
                                               "conditions", "regressor", "natural", "efforts",  "solutions",
                                               "balanced",   "reduced",   "speeds"};
   return names;
-}
-
-std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count) {
-  std::string text;
-  for (const std::size_t index : indices) text += (count > 9 && !text.empty() ? "_" : "") + std::to_string(index + 1);
-  return text;
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
+#include "balance/synthesis/formulas/sheet_formula.hpp"
 #include "balance/synthesis/formulas/solve_request.hpp"
 #include "balance/synthesis/formulas/speed_formulas.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
@@ -34,24 +35,6 @@ enum class SheetSectionKind {
 
 /// "inertia", …, in the enum's order.
 const std::vector<std::string>& sheet_section_names();
-
-/// One product of a sum: numerator / denominator · factor.
-struct FormulaProduct {
-  Polynomial numerator, denominator, factor;
-};
-
-/// name = value, name = value / denominator, or value = 0 if the name is empty. Products are added to the value.
-struct SheetFormula {
-  std::string name;     ///< `D`, `C`, …; empty: a condition
-  std::string indices;  ///< `12`, or `1_10` if there are more than nine
-  Polynomial value;
-  Polynomial denominator = 1;
-  std::string denominator_name;  ///< of a denominator that has a formula of its own
-  std::vector<FormulaProduct> products = {};
-  int symbol = -1;         ///< in the ring, of a step: others refer to this formula by it
-
-  std::string label() const { return name + indices; }
-};
 
 struct SheetSection {
   SheetSectionKind section = SheetSectionKind::inertia;
@@ -101,9 +84,6 @@ struct SheetOptions {
 /// @throws FormulaError for anything that has no formula
 FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts& texts,
                         const SheetOptions& options = {});
-
-/// `12`, `1_10`.
-std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count);
 
 /// The formulas of a sheet as text.
 struct PrintedFormula {

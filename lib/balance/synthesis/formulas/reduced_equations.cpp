@@ -73,12 +73,8 @@ class ReducedSection {
     const std::string text = index_text(indices, n_);
     const auto [known, is_new] = entries_.try_emplace(text, Polynomial());
     if (!is_new) return known->second;
-    const int symbol = ring_.add_symbol("D" + text, SymbolKind::alias, 1);
-    SheetFormula definition{"D", text, entry, 1, ""};
-    if (ring_.symbol(symbol).name != "D" + text) definition.name = ring_.symbol(symbol).name, definition.indices = "";
-    definition.symbol = symbol;
-    definitions_.push_back(std::move(definition));
-    return known->second = Polynomial::of_symbol(ring_, symbol);
+    definitions_.push_back(define_formula(ring_, "D", text, entry));
+    return known->second = Polynomial::of_symbol(ring_, definitions_.back().symbol);
   }
 
   void add_inertia(std::size_t i, std::size_t j) {

@@ -1,7 +1,6 @@
 #include "balance/synthesis/formulas/speed_formulas.hpp"
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
-#include "balance/synthesis/formulas/formula_sheet.hpp"
 #include "balance/synthesis/formulas/mechanism_symbols.hpp"
 #include "balance/synthesis/formulas/symbolic_recursion.hpp"
 
@@ -21,13 +20,24 @@ constexpr std::size_t max_solved_speeds = 4;
 constexpr std::size_t max_plain_terms = 2;
 constexpr double min_relative_pivot = 1e-6;  // of speeds that determine the motion, at a random pose
 
-/// A number as a fraction, or as a symbol of its own if it is not a short decimal.
-Polynomial number_polynomial(Ring& ring, double value) {
-  if (value == 0) return {};
-  Rational decimal;
-  if (find_decimal(value, decimal)) return {decimal};
-  return Polynomial::of_symbol(ring, ring.add_symbol("f", SymbolKind::dimensionless, value));
-}
+/// Numbers as fractions or, if they are no short decimals, as symbols: one for equal numbers.
+class NumberSymbols {
+ public:
+  explicit NumberSymbols(Ring& ring) : ring_(ring) {}
+
+  Polynomial polynomial(double value) {
+    if (value == 0) return {};
+    Rational decimal;
+    if (find_decimal(value, decimal)) return {decimal};
+    const auto [known, is_new] = symbols_.try_emplace(value, -1);
+    if (is_new) known->second = ring_.add_symbol("f", SymbolKind::dimensionless, value);
+    return Polynomial::of_symbol(ring_, known->second);
+  }
+
+ private:
+  Ring& ring_;
+  std::map<double, int> symbols_;
+};
 
 // Factors that depend on the pose: expressions of joint coordinates.
 
@@ -46,8 +56,9 @@ struct FactorValue {
 struct FactorAlgebra {
   using Value = FactorValue;
   Ring& ring;
+  NumberSymbols& numbers;
 
-  Value constant(double value) const { return {number_polynomial(ring, value), {}}; }
+  Value constant(double value) const { return {numbers.polynomial(value), {}}; }
 
   Value apply(const expression::ExpressionNode& node, const Value& a, const Value& b, const Value& /*third*/) const {
     using expression::Operation;
@@ -113,12 +124,12 @@ struct FactorAlgebra {
 class SpeedRows {
  public:
   SpeedRows(Ring& ring, const SymbolicEquations& equations, SpeedFormulas& out)
-      : ring_(ring), e_(equations), make_{ring}, n_(equations.tree.columns.size()), out_(out) {}
+      : ring_(ring), numbers_(ring), e_(equations), make_{ring}, n_(equations.tree.columns.size()), out_(out) {}
 
   Row of(const model::GeneralisedSpeed& speed) {
     Row sum(n_);
     for (const model::GeneralisedSpeedTerm& term : speed.terms) {
-      Polynomial factor = number_polynomial(ring_, term.factor);
+      Polynomial factor = numbers_.polynomial(term.factor);
       if (term.pose_factor) factor = factor * pose_factor(term);
       const Row row = of(term);
       for (std::size_t j = 0; j < n_; ++j) sum[j] += factor * row[j];
@@ -155,8 +166,8 @@ class SpeedRows {
   /// The total mass is a divisor and therefore a symbol.
   Row com_row(std::size_t axis) {
     if (mass_ < 0) {
-      mass_ = ring_.add_symbol("mt", SymbolKind::alias, 1);
-      out_.definitions.push_back({mass_, ring_.symbol(mass_).name, "", e_.mass, 1, ""});
+      out_.definitions.push_back(define_formula(ring_, "mt", "", e_.mass));
+      mass_ = out_.definitions.back().symbol;
     }
     Row row;
     for (std::size_t j = 0; j < n_; ++j)
@@ -207,8 +218,8 @@ class SpeedRows {
     for (const auto& point : points)
       if (!term.position.isZero(0) && to_values(point.position) == term.position)
         return e_.tree.numbers->body_point(term.body, point.name);
-    return {number_polynomial(ring_, term.position[0]), number_polynomial(ring_, term.position[1]),
-            number_polynomial(ring_, term.position[2])};
+    return {numbers_.polynomial(term.position[0]), numbers_.polynomial(term.position[1]),
+            numbers_.polynomial(term.position[2])};
   }
 
   Polynomial pose_factor(const model::GeneralisedSpeedTerm& term) {
@@ -222,12 +233,13 @@ class SpeedRows {
         inputs.push_back({Polynomial::of_symbol(ring_, joint.index), {}});
     }
     for (const double parameter : term.pose_factor.parameters)
-      inputs.push_back({number_polynomial(ring_, parameter), {}});
-    const std::vector<FactorValue> values = expression::evaluate(*term.pose_factor.graph, inputs, FactorAlgebra{ring_});
+      inputs.push_back({numbers_.polynomial(parameter), {}});
+    const std::vector<FactorValue> values = expression::evaluate(*term.pose_factor.graph, inputs, FactorAlgebra{ring_, numbers_});
     return values[static_cast<std::size_t>(term.pose_factor.node)].plain();
   }
 
   Ring& ring_;
+  NumberSymbols numbers_;
   const SymbolicEquations& e_;
   PolynomialFactory make_;
   std::size_t n_;
@@ -354,7 +366,7 @@ class SpeedDerivation {
     std::string divisor;
     if (det.size() > 1) {
       define("Delta", "", det);
-      divisor = "Delta";
+      divisor = out_.definitions.back().label();
     }
     const char* name = columns.size() == n_ ? "V" : "K";  // with nothing else to add, these are the entries of V
     std::vector<Row> rest;
@@ -375,9 +387,8 @@ class SpeedDerivation {
   /// A new symbol with its definition.
   Polynomial define(const std::string& name, const std::string& indices, const Polynomial& numerator,
                     const Polynomial& denominator = 1, const std::string& denominator_name = "") {
-    const int symbol = ring_.add_symbol(name + indices, SymbolKind::alias, 1);
-    out_.definitions.push_back({symbol, name, indices, numerator, denominator, denominator_name});
-    return Polynomial::of_symbol(ring_, symbol);
+    out_.definitions.push_back(define_formula(ring_, name, indices, numerator, denominator, denominator_name));
+    return Polynomial::of_symbol(ring_, out_.definitions.back().symbol);
   }
 
   /// Replaces a long entry by a symbol.
@@ -500,8 +511,8 @@ SpeedFormulas derive_speed_formulas(Ring& ring, const SymbolicEquations& equatio
 
 void evaluate_definitions(const SpeedFormulas& formulas, std::vector<double>& symbols,
                           const std::vector<double>& angles) {
-  for (const FormulaDefinition& definition : formulas.definitions)
-    symbols[static_cast<std::size_t>(definition.symbol)] = evaluate_polynomial(definition.numerator, symbols, angles) /
+  for (const SheetFormula& definition : formulas.definitions)
+    symbols[static_cast<std::size_t>(definition.symbol)] = evaluate_polynomial(definition.value, symbols, angles) /
                                                            evaluate_polynomial(definition.denominator, symbols, angles);
 }
 

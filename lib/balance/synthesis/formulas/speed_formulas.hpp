@@ -7,6 +7,7 @@
 ///
 /// and all speeds are p = C σ, ṗ = C σ̇ + c(σ, σ).
 
+#include "balance/synthesis/formulas/sheet_formula.hpp"
 #include "balance/synthesis/formulas/symbolic_equations.hpp"
 
 #include <string>
@@ -14,21 +15,13 @@
 
 namespace balance::formulas {
 
-/// A formula on which later ones depend: symbol = numerator / denominator.
-struct FormulaDefinition {
-  int symbol = -1;
-  std::string name, indices;
-  Polynomial numerator, denominator = 1;
-  std::string denominator_name;  ///< of a denominator that has a definition of its own
-};
-
 struct SpeedFormulas {
   std::vector<std::string> names;  ///< of all speeds
   std::vector<int> independent;    ///< indices of the speeds σ
   Matrix W;                        ///< all speeds × columns
   /// In the order in which they depend on each other: entries of D and of V, the determinant Delta, the total mass mt,
   /// M. Polynomials below contain their symbols.
-  std::vector<FormulaDefinition> definitions;
+  std::vector<SheetFormula> definitions;
   Matrix V, M;            ///< columns × independent, independent × independent
   std::vector<Matrix> w;  ///< w[k][r][s], symmetric in r and s
   Row z;
