@@ -152,6 +152,10 @@ discs:
             self.assertNotRegex(text, r"(?<!\\)Delta")
         self.assertIn(r"\hat M_{11} = ", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
 
+    def test_divisors_of_steps_are_listed_as_they_are(self):
+        note = " ".join(self.text(os.path.join(CONFIGS, "delta.yaml"), "--only", "solved").split())
+        self.assertIn("the steps divide by rod cos(A1 + U1R_1) cos(U1R_2), ", note)
+
     @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
     def test_tex_takes_the_formulas(self):
         with tempfile.TemporaryDirectory() as folder:

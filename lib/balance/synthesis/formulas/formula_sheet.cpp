@@ -325,17 +325,28 @@ void add_zero_notes(FormulaSheet& sheet) {
   }
 }
 
+/// `l cos(theta2), W3`: each product once, without its number.
+std::string list_divisors(const FormulaSheet& sheet) {
+  FormulaPrinter printer(*sheet.ring);
+  std::string list;
+  std::set<std::string> listed;
+  for (const auto& [pivot, size] : sheet.pivots) {
+    Term term = pivot.terms()[0];  // the only one
+    if (term.monomial.is_one() && term.wave == 0) continue;
+    term.coefficient = 1;
+    const std::string text = printer.print(Polynomial::of_terms(sheet.ring.get(), {term}));
+    if (listed.insert(text).second) list += (list.empty() ? "" : ", ") + text;
+  }
+  return list;
+}
+
 void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   if (sheet.natural) add_natural_notes(mechanism, sheet);
   if (sheet.regressor)
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
-  std::string divisors;
-  for (const auto& [pivot, size] : sheet.pivots)
-    if (const Term& term = pivot.terms()[0]; pivot.size() == 1 && term.monomial.size() > 0)
-      divisors += (divisors.empty() ? "" : ", ") + sheet.ring->symbol(term.monomial.symbol(0)).name;
-  if (!divisors.empty())
+  if (const std::string divisors = list_divisors(sheet); !divisors.empty())
     sheet.notes.push_back("the steps divide by " + divisors +
                           ", which must not vanish, although the mechanism may be regular where they do");
   if (sheet.solution && !sheet.solution->unnamed.empty())
