@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 namespace balance::formulas {
@@ -217,10 +218,20 @@ ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mech
   }
   ClosureChoice choice;
   for (std::size_t c = 0; c < e.tree.columns.size(); ++c) choice.independent.push_back(static_cast<int>(c));
-  if (!names.empty() && names.size() != choice.independent.size())
-    throw IndependentCoordinatesError("the mechanism has no loops: all its " +
-                                      std::to_string(choice.independent.size()) + " coordinates are independent");
   return choice;
+}
+
+void check_independent_without_loops(const Mechanism& mechanism, const SymbolicTree& tree,
+                                     const std::vector<std::string>& names) {
+  std::set<std::string> columns;
+  std::string list;
+  for (const int coordinate : tree.coordinates) {
+    const std::string& name = mechanism.coordinates[static_cast<std::size_t>(coordinate)].name;
+    columns.insert(name);
+    list += (list.empty() ? "" : ", ") + name;
+  }
+  if (names.empty() || (names.size() == columns.size() && std::set(names.begin(), names.end()) == columns)) return;
+  throw IndependentCoordinatesError("the mechanism has no loops: its independent coordinates are " + list);
 }
 
 // The elimination.

@@ -37,6 +37,11 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
 ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mechanism,
                                          const SymbolicEquations& equations, const std::vector<std::string>& names);
 
+/// @throws IndependentCoordinatesError if names of independent coordinates of a mechanism without loops, where all columns
+/// are independent, are not those of all columns
+void check_independent_without_loops(const Mechanism& mechanism, const SymbolicTree& tree,
+                                     const std::vector<std::string>& names);
+
 /// The mechanism with its joints alone: wheels may slip, and speeds are free.
 Mechanism without_speed_constraints(Mechanism mechanism);
 

@@ -91,8 +91,7 @@ std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOp
     PrintedSection printed{source.section, source.heading, {},
                            source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
     for (const SheetFormula& formula : source.formulas)
-      if (!printed.is_left_out)
-        printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
+      if (!printed.is_left_out) printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
     if (source.section == SheetSectionKind::solutions) add_solution_details(sheet, printer, source, printed);
     sections.push_back(std::move(printed));
   }
@@ -522,6 +521,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
                          options.expressions, has_natural, find_coordinates(mechanism, options.independent)};
   sheet.equations = derive_equations(*sheet.ring, build_symbolic_tree(*sheet.ring, mechanism, texts, tree));
   const SymbolicEquations& e = sheet.equations;
+  if (e.closure.empty()) check_independent_without_loops(mechanism, e.tree, options.independent);
   const auto add = [&](SheetSectionKind section, auto&& build) {
     if (!is_section_requested(options, section)) return;
     SheetSection result = build();

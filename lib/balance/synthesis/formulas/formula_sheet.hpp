@@ -87,8 +87,8 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
 
 /// The formulas of a sheet as text.
 struct PrintedFormula {
-  std::string label;  ///< `D12`; empty: a condition
-  std::string text;   ///< right-hand side; of a condition, the expression that must vanish
+  std::string label;                 ///< `D12`; empty: a condition
+  std::string text;                  ///< right-hand side; of a condition, the expression that must vanish
   std::optional<double> value = {};  ///< of solutions and the conditions that remain, with the spec's numbers
 };
 

@@ -460,7 +460,10 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
                   parts.states, needed);
     return parts;
   };
-  if (tree.closures.empty()) return program_text(make_parts(false, true), language);
+  if (tree.closures.empty()) {
+    check_independent_without_loops(mechanism, tree, options.independent);
+    return program_text(make_parts(false, true), language);
+  }
   if (has_velocity_constraints(mechanism)) return program_text(make_parts(false, false), language);
   ProgramParts parts = make_parts(true, false);
   ProgramInterpreter straight_line(program_text(parts, language), language, tree.columns.size());

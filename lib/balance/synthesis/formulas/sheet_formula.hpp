@@ -23,7 +23,7 @@ struct SheetFormula {
   Polynomial denominator = 1;
   std::string denominator_name;  ///< of a denominator that has a formula of its own
   std::vector<FormulaProduct> products = {};
-  int symbol = -1;         ///< in the ring, of a step: others refer to this formula by it
+  int symbol = -1;  ///< in the ring, of a step: others refer to this formula by it
 
   std::string label() const { return name + indices; }
 };

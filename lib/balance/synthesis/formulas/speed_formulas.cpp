@@ -232,9 +232,9 @@ class SpeedRows {
       else
         inputs.push_back({Polynomial::of_symbol(ring_, joint.index), {}});
     }
-    for (const double parameter : term.pose_factor.parameters)
-      inputs.push_back({numbers_.polynomial(parameter), {}});
-    const std::vector<FactorValue> values = expression::evaluate(*term.pose_factor.graph, inputs, FactorAlgebra{ring_, numbers_});
+    for (const double parameter : term.pose_factor.parameters) inputs.push_back({numbers_.polynomial(parameter), {}});
+    const std::vector<FactorValue> values =
+        expression::evaluate(*term.pose_factor.graph, inputs, FactorAlgebra{ring_, numbers_});
     return values[static_cast<std::size_t>(term.pose_factor.node)].plain();
   }
 
