@@ -1,5 +1,6 @@
 #include "balance/synthesis/formulas/closure_elimination.hpp"
 
+#include "balance/foundation/numerics/block_triangular.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
@@ -249,75 +250,6 @@ struct ClosureBlock {
   Matrix upper, lower;     ///< of the elimination in steps, in the order of columns and rows
 };
 
-/// Permutes to block triangular form: unknowns of a block depend on those of earlier ones only.
-/// Source: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, chapter 6.
-class BlockTriangularForm {
- public:
-  /// @param A square @param sizes of its entries at a pose; 0 where they vanish identically
-  explicit BlockTriangularForm(const MatrixX& sizes) : sizes_(sizes), n_(static_cast<std::size_t>(sizes.rows())) {
-    row_of_.assign(n_, none), index_.assign(n_, none), low_.assign(n_, 0), on_stack_.assign(n_, false);
-    for (std::size_t r = 0; r < n_; ++r) {
-      std::vector<bool> visited(n_, false);
-      if (!match(r, visited)) throw FormulaError("the closures are singular");
-    }
-    for (std::size_t c = 0; c < n_; ++c)
-      if (index_[c] == none) visit(c);
-  }
-
-  struct Part {
-    std::vector<std::size_t> columns, rows;
-  };
-  const std::vector<Part>& parts() const { return parts_; }
-
- private:
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-
-  double size(std::size_t r, std::size_t c) const {
-    return sizes_(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
-  }
-  bool match(std::size_t r, std::vector<bool>& visited) {
-    std::vector<std::size_t> order;
-    for (std::size_t c = 0; c < n_; ++c)
-      if (size(r, c) > 0) order.push_back(c);
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return size(r, a) > size(r, b); });
-    for (const std::size_t c : order) {
-      if (visited[c]) continue;
-      visited[c] = true;
-      if (row_of_[c] != none && !match(row_of_[c], visited)) continue;
-      row_of_[c] = r;
-      return true;
-    }
-    return false;
-  }
-  /// Strongly connected columns (Tarjan); those that a column depends on come first.
-  void visit(std::size_t c) {
-    index_[c] = low_[c] = count_++;
-    stack_.push_back(c), on_stack_[c] = true;
-    for (std::size_t other = 0; other < n_; ++other) {
-      if (size(row_of_[c], other) == 0) continue;
-      if (index_[other] == none) visit(other);
-      if (on_stack_[other]) low_[c] = std::min(low_[c], low_[other]);
-    }
-    if (low_[c] != index_[c]) return;
-    Part part;
-    for (bool has_more = true; has_more;) {
-      const std::size_t member = stack_.back();
-      stack_.pop_back(), on_stack_[member] = false;
-      part.columns.push_back(member), part.rows.push_back(row_of_[member]);
-      has_more = member != c;
-    }
-    std::sort(part.columns.begin(), part.columns.end());
-    std::sort(part.rows.begin(), part.rows.end());
-    parts_.push_back(std::move(part));
-  }
-
-  const MatrixX& sizes_;
-  std::size_t n_, count_ = 0;
-  std::vector<std::size_t> row_of_, index_, low_, stack_;
-  std::vector<bool> on_stack_;
-  std::vector<Part> parts_;
-};
-
 /// Products of terms in a determinant.
 double count_determinant_products(const Matrix& A, std::size_t row = 0, std::size_t used = 0) {
   if (row == A.size()) return 1;
@@ -392,19 +324,22 @@ class ClosureElimination::Implementation {
   }
 
   void make_blocks() {
-    const auto n = static_cast<Eigen::Index>(choice_.rows.size());
-    MatrixX sizes = MatrixX::Zero(n, n);
-    for (Eigen::Index r = 0; r < n; ++r)
-      for (Eigen::Index c = 0; c < n; ++c)
-        if (const Polynomial& entry =
-                e_.A[choice_.rows[static_cast<std::size_t>(r)]][choice_.dependent[static_cast<std::size_t>(c)]];
-            !entry.is_zero())
-          sizes(r, c) = std::max(min_size(entry), 1e-100);
-    const BlockTriangularForm form(sizes);
-    for (const BlockTriangularForm::Part& part : form.parts()) {
+    numerics::SparsityPattern pattern;
+    for (const std::size_t r : choice_.rows) {
+      pattern.emplace_back();
+      for (std::size_t c = 0; c < choice_.dependent.size(); ++c)
+        if (!e_.A[r][choice_.dependent[c]].is_zero()) pattern.back().push_back(static_cast<int>(c));
+    }
+    const numerics::BlockTriangularForm form = numerics::find_block_triangular_form(pattern);
+    if (!form.is_structurally_regular) throw FormulaError("the closures are singular");
+    for (const std::vector<int>& rows : form.blocks) {
       ClosureBlock block;
-      for (const std::size_t c : part.columns) block.columns.push_back(choice_.dependent[c]);
-      for (const std::size_t r : part.rows) block.rows.push_back(choice_.rows[r]);
+      for (const int r : rows) {
+        block.rows.push_back(choice_.rows[static_cast<std::size_t>(r)]);
+        block.columns.push_back(
+            choice_.dependent[static_cast<std::size_t>(form.matched_column[static_cast<std::size_t>(r)])]);
+      }
+      std::sort(block.columns.begin(), block.columns.end());
       blocks_.push_back(std::move(block));
     }
     std::size_t named = 0;
