@@ -4,6 +4,7 @@
 #include "balance/foundation/numerics/extrema.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace balance::formulas {
@@ -14,6 +15,8 @@ namespace {
 constexpr double jacobian_rank_threshold = 1e-7;
 constexpr int max_closing_steps = 50;
 constexpr double closing_step_tolerance = 1e-14, closure_tolerance = 1e-12;
+/// Of the engine's pose from the tree's [rad or m].
+constexpr double max_pose_difference = 1e-6;
 /// Random poses differ from the rough values by up to this [rad or m].
 constexpr double max_start_offset = 0.4;
 constexpr std::size_t max_attempts_per_pose = 15;
@@ -62,11 +65,11 @@ PoseValues evaluate_pose(const Ring& ring, const SymbolicEquations& e, const Vec
   return evaluate_pose(ring, evaluate_names(ring, e, {y.data(), y.data() + y.size()}));
 }
 
-VectorX rough_pose(const Mechanism& mechanism, const SymbolicEquations& e) {
-  VectorX y = VectorX::Zero(static_cast<Eigen::Index>(e.tree.columns.size()));
-  for (const CoordinateValue& rough : mechanism.assembly)
+VectorX rough_pose(const SymbolicTree& tree, const std::vector<CoordinateValue>& values) {
+  VectorX y = VectorX::Zero(static_cast<Eigen::Index>(tree.columns.size()));
+  for (const CoordinateValue& rough : values)
     for (Eigen::Index c = 0; c < y.size(); ++c)
-      if (e.tree.coordinates[static_cast<std::size_t>(c)] == rough.coordinate) y[c] = rough.value;
+      if (tree.coordinates[static_cast<std::size_t>(c)] == rough.coordinate) y[c] = rough.value;
   return y;
 }
 
@@ -90,17 +93,31 @@ bool close_loops(const Ring& ring, const SymbolicEquations& e, VectorX& y) {
   return numerics::max_abs(h) < closure_tolerance;
 }
 
-std::vector<VectorX> find_closed_poses(const Ring& ring, const Mechanism& mechanism, const SymbolicEquations& e,
-                                       std::size_t count, std::uint64_t seed) {
+std::vector<VectorX> find_closed_poses(const VectorX& rough, std::size_t count, std::uint64_t seed,
+                                       const std::function<bool(VectorX&)>& close_loops) {
   std::vector<VectorX> poses;
   std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> uniform(-max_start_offset, max_start_offset);
+  std::uniform_real_distribution<double> uniform(-1, 1);
   for (std::size_t attempt = 0; attempt < max_attempts_per_pose * count && poses.size() < count; ++attempt) {
-    VectorX y = rough_pose(mechanism, e);
-    for (double& x : y) x += attempt == 0 ? 0 : uniform(random);
-    if (close_loops(ring, e, y)) poses.push_back(std::move(y));
+    VectorX y = rough;
+    for (double& x : y) x += attempt == 0 ? 0 : max_start_offset * uniform(random);
+    if (close_loops(y)) poses.push_back(std::move(y));
   }
   return poses;
+}
+
+std::optional<VectorX> assemble_engine(InverseDynamics& engine, const Mechanism& mechanism, const SymbolicTree& tree,
+                                       const VectorX& q, const VectorX& y) {
+  const std::vector<std::string> names = coordinate_names(mechanism, tree);
+  std::vector<dynamics::CoordinateGuess> guesses;
+  for (std::size_t c = 0; c < names.size(); ++c) guesses.push_back({names[c], y[static_cast<Eigen::Index>(c)]});
+  const auto found = engine.assemble(q, guesses);
+  if (!found) return std::nullopt;
+  for (Eigen::Index c = 0; c < y.size(); ++c) {
+    const double deviation = found.value[tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
+    if (std::abs(std::remainder(deviation, 2 * std::numbers::pi)) > max_pose_difference) return std::nullopt;
+  }
+  return found.value;
 }
 
 }  // namespace balance::formulas

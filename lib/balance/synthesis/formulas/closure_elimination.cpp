@@ -212,7 +212,8 @@ ClosureChoice choose_independent_columns(const Mechanism& mechanism, const Symbo
 ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mechanism, const SymbolicEquations& e,
                                          const std::vector<std::string>& names) {
   if (!e.closure.empty()) {
-    std::vector<VectorX> poses = find_closed_poses(ring, mechanism, e, sampled_pose_count, pose_seed);
+    std::vector<VectorX> poses = find_closed_poses(rough_pose(e.tree, mechanism.assembly), sampled_pose_count,
+                                                   pose_seed, [&](VectorX& y) { return close_loops(ring, e, y); });
     std::vector<MatrixX> jacobians;
     for (const VectorX& y : poses) jacobians.push_back(evaluate_pose(ring, e, y)(e.A, y.size()));
     return choose_independent_columns(mechanism, e.tree, names, std::move(poses), std::move(jacobians));
@@ -224,14 +225,12 @@ ClosureChoice choose_independent_columns(const Ring& ring, const Mechanism& mech
 
 void check_independent_without_loops(const Mechanism& mechanism, const SymbolicTree& tree,
                                      const std::vector<std::string>& names) {
-  std::set<std::string> columns;
+  const std::vector<std::string> columns = coordinate_names(mechanism, tree);
+  if (names.empty() || (names.size() == columns.size() &&
+                        std::set(names.begin(), names.end()) == std::set(columns.begin(), columns.end())))
+    return;
   std::string list;
-  for (const int coordinate : tree.coordinates) {
-    const std::string& name = mechanism.coordinates[static_cast<std::size_t>(coordinate)].name;
-    columns.insert(name);
-    list += (list.empty() ? "" : ", ") + name;
-  }
-  if (names.empty() || (names.size() == columns.size() && std::set(names.begin(), names.end()) == columns)) return;
+  for (const std::string& name : columns) list += (list.empty() ? "" : ", ") + name;
   throw IndependentCoordinatesError("the mechanism has no loops: its independent coordinates are " + list);
 }
 

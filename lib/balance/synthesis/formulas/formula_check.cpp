@@ -147,11 +147,7 @@ class EngineComparison {
   /// Equations in independent coordinates are compared in those.
   static InverseOptions engine_options(const FormulaSheet& sheet, const Mechanism& mechanism) {
     InverseOptions options;
-    const auto coordinate = [&](int column) {
-      return static_cast<std::size_t>(sheet.equations.tree.coordinates[static_cast<std::size_t>(column)]);
-    };
-    for (const int column : sheet.independent)
-      options.independent.push_back(mechanism.coordinates[coordinate(column)].name);
+    options.independent = coordinate_names(mechanism, sheet.equations.tree, sheet.independent);
     return options;
   }
 
@@ -379,7 +375,7 @@ class EngineComparison {
     // loops of which few poses close are tried nearer and nearer to the rough values
     const int reductions = attempts_++ / attempts_per_offset;
     y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + reductions));
-    if (!e.closure.empty()) y += rough_pose(mechanism_, e);
+    if (!e.closure.empty()) y += rough_pose(e.tree, mechanism_.assembly);
     return close_loops(*sheet_.ring, e, y);
   }
 
@@ -388,20 +384,12 @@ class EngineComparison {
     q = selection() * y;
     closed_coordinates_.resize(0);
     if (sheet_.equations.closure.empty()) return true;
-    std::vector<dynamics::CoordinateGuess> guesses;
-    for (Eigen::Index c = 0; c < n_; ++c) {
-      const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
-      guesses.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
-    }
-    const auto assembly = engine_.assemble(q, guesses);
+    const SymbolicTree& tree = sheet_.equations.tree;
+    const auto assembly = assemble_engine(engine_, mechanism_, tree, q, y);
     if (!assembly) return false;
-    for (Eigen::Index c = 0; c < n_; ++c) {
-      const double deviation = assembly.value[sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
-      const double difference = std::remainder(deviation, 2 * std::numbers::pi);
-      if (std::abs(difference) > 1e-6) return false;
-      y[c] += difference;
-    }
-    closed_coordinates_ = assembly.value;
+    for (Eigen::Index c = 0; c < n_; ++c)
+      y[c] += std::remainder((*assembly)[tree.coordinates[static_cast<std::size_t>(c)]] - y[c], 2 * std::numbers::pi);
+    closed_coordinates_ = *assembly;
     return true;
   }
 

@@ -424,10 +424,7 @@ std::unique_ptr<ClosureElimination> eliminate_closures(const Mechanism& mechanis
 /// Whether the engine, with which the equations are compared, takes these coordinates as independent.
 bool has_engine(const Mechanism& mechanism, const FormulaSheet& sheet, const ClosureElimination& elimination) {
   InverseOptions options;
-  for (const int column : elimination.independent()) {
-    const int coordinate = sheet.equations.tree.coordinates[static_cast<std::size_t>(column)];
-    options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(coordinate)].name);
-  }
+  options.independent = coordinate_names(mechanism, sheet.equations.tree, elimination.independent());
   try {
     const InverseDynamics engine(without_speed_constraints(mechanism), options);
     return true;

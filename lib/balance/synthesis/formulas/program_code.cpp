@@ -4,6 +4,7 @@
 #include "balance/mechanics/model/topology.hpp"
 #include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/model/validation.hpp"
+#include "balance/synthesis/formulas/closed_poses.hpp"
 #include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/formula_parser.hpp"
 #include "balance/synthesis/formulas/loop_program.hpp"
@@ -17,7 +18,6 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <set>
@@ -552,8 +552,7 @@ class TreeInverseDynamics {
  private:
   static InverseOptions make_options(const Mechanism& mechanism, const SymbolicTree& tree) {
     InverseOptions options;
-    for (const int c : tree.coordinates)
-      options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
+    options.independent = coordinate_names(mechanism, tree);
     return options;
   }
   InverseDynamics engine_;
@@ -629,8 +628,8 @@ namespace {
 constexpr double max_step_fraction = 0.1;
 /// Test states differ from the start by up to this, in radians or lengths, and by less at later attempts.
 constexpr double max_state_offset = 0.3;
-constexpr int max_state_attempts = 60, max_start_attempts = 40;
-constexpr double max_start_offset_of_program = 0.4;
+constexpr int max_state_attempts = 60;
+constexpr std::size_t start_pose_count = 3;
 /// Smallest singular value of the dependent coordinates' Jacobian at the start, relative to the largest.
 constexpr double min_start_regularity = 2e-3;
 
@@ -657,30 +656,16 @@ class LoopInverseDynamics {
 
   /// @return whether the engine's pose at these independent coordinates is this one
   bool assemble(const VectorX& pose) {
-    std::vector<dynamics::CoordinateGuess> guesses;
-    for (std::size_t c = 0; c < program_.columns; ++c)
-      guesses.push_back({name_of(c), pose[static_cast<Eigen::Index>(c)]});
-    const auto found = engine_.assemble(independent_of(pose), guesses);
-    if (!found) return false;
-    for (std::size_t c = 0; c < program_.columns; ++c)
-      if (std::abs(std::remainder(found.value[tree_.coordinates[c]] - pose[static_cast<Eigen::Index>(c)],
-                                  2 * std::numbers::pi)) > max_pose_difference)
-        return false;
-    return true;
+    return assemble_engine(engine_, mechanism_, tree_, independent_of(pose), pose).has_value();
   }
   bool compute(const VectorX& pose, const VectorX& dx, const VectorX& ddx, VectorX& effort) {
     return engine_.efforts(independent_of(pose), dx, ddx, effort).status == MotionStatus::done && effort.allFinite();
   }
 
  private:
-  static constexpr double max_pose_difference = 1e-6;
-
-  const std::string& name_of(std::size_t column) const {
-    return mechanism_.coordinates[static_cast<std::size_t>(tree_.coordinates[column])].name;
-  }
   InverseOptions make_options() const {
     InverseOptions options;
-    for (const std::size_t column : program_.independent) options.independent.push_back(name_of(column));
+    options.independent = coordinate_names(mechanism_, tree_, program_.independent);
     return options;
   }
   VectorX independent_of(const VectorX& pose) const {
@@ -703,25 +688,6 @@ VectorX random_row(std::mt19937_64& random, Eigen::Index size) {
   VectorX x(size);
   for (double& entry : x) entry = uniform(random);
   return x;
-}
-
-/// Poses at which the loops close, that of the start first.
-std::vector<VectorX> find_start_poses(const Mechanism& mechanism, const SymbolicTree& tree, LoopProgram program,
-                                      ProgramInterpreter& straight_line, const ProgramOptions& options) {
-  VectorX rough = VectorX::Zero(static_cast<Eigen::Index>(program.columns));
-  for (const CoordinateValue& value : options.start.empty() ? mechanism.assembly : options.start)
-    for (std::size_t c = 0; c < program.columns; ++c)
-      if (tree.coordinates[c] == value.coordinate) rough[static_cast<Eigen::Index>(c)] = value.value;
-  for (std::size_t c = 0; c < program.columns; ++c) program.dependent.push_back(c);  // all may move
-  LoopProgramRunner runner(straight_line, program);
-  std::vector<VectorX> poses;
-  std::mt19937_64 random(1);
-  for (int attempt = 0; attempt < max_start_attempts && poses.size() < 3; ++attempt) {
-    VectorX q = rough;
-    if (attempt > 0) q += max_start_offset_of_program * random_row(random, q.size());
-    if (runner.close_loops(q)) poses.push_back(std::move(q));
-  }
-  return poses;
 }
 
 /// The first pose that is not nearly singular, where it is uncertain to which side the loops go on; else the most regular
@@ -778,8 +744,12 @@ LoopProgram make_loop_program(const Mechanism& mechanism, const Ring& ring, cons
   program.has_all_coordinates = options.coordinates == ProgramCoordinates::all;
   program.length = characteristic_length(mechanism);
   program.closures = closures;
-  std::vector<VectorX> poses = find_start_poses(mechanism, tree, program, straight_line, options);
-  LoopProgramRunner runner(straight_line, program);
+  LoopProgram movable = program;
+  for (std::size_t c = 0; c < program.columns; ++c) movable.dependent.push_back(c);
+  LoopProgramRunner assembler(straight_line, movable), runner(straight_line, program);
+  std::vector<VectorX> poses =
+      find_closed_poses(rough_pose(tree, options.start.empty() ? mechanism.assembly : options.start), start_pose_count,
+                        1, [&](VectorX& q) { return assembler.close_loops(q); });
   std::vector<MatrixX> jacobians;
   for (const VectorX& q : poses) jacobians.push_back(runner.closures(q).A);
   const ClosureChoice choice =

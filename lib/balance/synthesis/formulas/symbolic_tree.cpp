@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 namespace balance::formulas {
@@ -586,6 +587,12 @@ std::vector<CoordinateId> find_coordinates(const Mechanism& mechanism, const std
     coordinates.emplace_back(static_cast<int>(found - list.begin()));
   }
   return coordinates;
+}
+
+std::vector<std::string> coordinate_names(const Mechanism& mechanism, const SymbolicTree& tree) {
+  std::vector<int> columns(tree.columns.size());
+  std::iota(columns.begin(), columns.end(), 0);
+  return coordinate_names(mechanism, tree, columns);
 }
 
 SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const study::SpecNumberTexts& texts,

@@ -171,6 +171,20 @@ struct TreeOptions {
 /// @throws FormulaError for a name that is no coordinate
 std::vector<CoordinateId> find_coordinates(const Mechanism& mechanism, const std::vector<std::string>& names);
 
+/// Names of the mechanism's coordinates that columns are. @param columns any integers
+template <class Columns>
+std::vector<std::string> coordinate_names(const Mechanism& mechanism, const SymbolicTree& tree,
+                                          const Columns& columns) {
+  std::vector<std::string> names;
+  for (const auto column : columns) {
+    const int coordinate = tree.coordinates[static_cast<std::size_t>(column)];
+    names.push_back(mechanism.coordinates[static_cast<std::size_t>(coordinate)].name);
+  }
+  return names;
+}
+/// Of all columns.
+std::vector<std::string> coordinate_names(const Mechanism& mechanism, const SymbolicTree& tree);
+
 /// @param mechanism must be valid
 /// @param texts of the spec's numbers: parameters become symbols under their names
 /// @throws FormulaError for anything that has no formula
