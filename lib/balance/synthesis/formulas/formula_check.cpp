@@ -5,7 +5,6 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/dynamics/equation_terms.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
-#include "balance/mechanics/model/validation.hpp"
 #include "balance/synthesis/formulas/closed_poses.hpp"
 #include "balance/synthesis/formulas/formula_parser.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
@@ -473,28 +472,17 @@ void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
   for (const auto& [symbol, sum] : sheet.natural->aliases) sheet.ring->set_value(symbol, evaluate_polynomial(sum));
 }
 
-/// Compares states with other numbers, and counts them in `check`.
-void compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
-                                     const ParameterSampler& sampler, const FormulaCheckOptions& options,
-                                     FormulaCheck& check) {
-  const ParametricModel& model = *sheet.equations.tree.model;
-  std::mt19937_64 random(options.seed);
-  for (int draws = 0; check.perturbed_states < perturbed_state_count && draws < ParameterSampler::max_draws; ++draws) {
-    const std::vector<double> nodes = model.evaluate_nodes(sampler.draw(random, draws));
-    const Mechanism mechanism = model.build_mechanism(nodes);
-    if (!validate(mechanism).empty()) continue;
-    const ScopedSymbolValues values(*sheet.ring, nodes);
+/// Compares states with other numbers. @return how many
+int compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                                    const ParameterSampler& sampler, std::uint64_t seed, double& error) {
+  std::mt19937_64 random(seed);
+  return sampler.compare_perturbed(perturbed_state_count, random, [&](const Mechanism& mechanism) {
     update_aliases(sheet, mechanism);
-    bool is_compared = false;
-    try {
-      EngineComparison comparison(sheet, texts, mechanism, random());
-      for (int attempts = 0; !is_compared && attempts < max_perturbed_pose_attempts; ++attempts)
-        is_compared = comparison.compare(check.error);
-    } catch (const std::invalid_argument&) {  // these numbers do not close the loops
-    }
-    if (is_compared) ++check.perturbed_states;
-  }
-  check.states += check.perturbed_states;
+    EngineComparison comparison(sheet, texts, mechanism, random());
+    for (int attempts = 0; attempts < max_perturbed_pose_attempts; ++attempts)
+      if (comparison.compare(error)) return true;
+    return false;
+  });
 }
 
 }  // namespace
@@ -504,9 +492,11 @@ FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std:
   FormulaCheck check;
   EngineComparison comparison(sheet, texts, mechanism, options.seed);
   const ParameterSampler sampler(*sheet.ring, *sheet.equations.tree.model);
-  if (options.with_perturbed_parameters && sampler.has_parameters())
-    compare_at_perturbed_parameters(sheet, texts, sampler, options, check);
-  if (options.with_perturbed_parameters && sampler.has_parameters() && check.perturbed_states == 0)
+  const bool has_other_numbers = options.with_perturbed_parameters && sampler.has_parameters();
+  if (has_other_numbers)
+    check.states = check.perturbed_states =
+        compare_at_perturbed_parameters(sheet, texts, sampler, options.seed, check.error);
+  if (has_other_numbers && check.perturbed_states == 0)
     check.note = "not checked at other numbers: none of " + std::to_string(ParameterSampler::max_draws) +
                  " draws gave a mechanism that can be assembled";
   for (int attempts = 0; check.states < options.states && attempts < max_pose_attempts; ++attempts)

@@ -16,8 +16,8 @@ constexpr double shrink_factor = 0.8;
 
 }  // namespace
 
-ParameterSampler::ParameterSampler(const Ring& ring, const ParametricModel& model)
-    : model_(model), max_zero_changes_(model.inputs().size(), max_relative_change) {
+ParameterSampler::ParameterSampler(Ring& ring, const ParametricModel& model)
+    : ring_(ring), model_(model), max_zero_changes_(model.inputs().size(), max_relative_change) {
   std::map<SymbolKind, double> largest;
   for (const Symbol& symbol : ring.symbols()) {
     has_parameters_ = has_parameters_ || !symbol.source.is_constant();

@@ -3,7 +3,6 @@
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/model/topology.hpp"
 #include "balance/mechanics/model/torque_distribution.hpp"
-#include "balance/mechanics/model/validation.hpp"
 #include "balance/synthesis/formulas/closed_poses.hpp"
 #include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/formula_parser.hpp"
@@ -21,7 +20,6 @@
 #include <optional>
 #include <random>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -482,7 +480,7 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
 namespace {
 
 constexpr int self_test_state_count = 5;
-constexpr std::size_t perturbed_self_test_count = 2;
+constexpr int perturbed_self_test_count = 2;
 
 /// Round-off of a program is far below this, a wrong term far above.
 constexpr double program_tolerance = 1e-9;
@@ -602,15 +600,9 @@ void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& t
   for (std::size_t s = 0; s < states.q.size(); ++s)
     nominal_difference.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
   if (!nominal_difference.is_within_tolerance()) throw FormulaError("the program differs from the engine");
-  const ParameterSampler sampler(ring, *tree.model);
-  if (!sampler.has_parameters()) return;
   std::mt19937_64 random(1);
   std::size_t s = 0;
-  for (int draws = 0; s < perturbed_self_test_count && draws < ParameterSampler::max_draws; ++draws) {
-    const std::vector<double> nodes = tree.model->evaluate_nodes(sampler.draw(random, draws));
-    const Mechanism mechanism = tree.model->build_mechanism(nodes);
-    if (!validate(mechanism).empty()) continue;
-    const ScopedSymbolValues values(ring, nodes);
+  const auto compare = [&](const Mechanism& mechanism) {
     assign_values(program, ring);
     TreeInverseDynamics engine(mechanism, tree, needed);
     TorqueDifference perturbed_difference;
@@ -619,7 +611,9 @@ void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& t
     ++s;
     if (!perturbed_difference.is_within_tolerance())
       throw FormulaError("the program differs from the engine at other numbers");
-  }
+    return true;
+  };
+  ParameterSampler(ring, *tree.model).compare_perturbed(perturbed_self_test_count, random, compare);
 }
 
 namespace {
@@ -810,7 +804,9 @@ SelfTestStates make_loop_states(const Mechanism& mechanism, const SymbolicTree& 
 
 void check_loop_program(ProgramInterpreter& straight_line, Ring& ring, const SymbolicTree& tree,
                         const LoopProgram& program) {
-  const auto compare = [&](const Mechanism& mechanism, std::mt19937_64& random) {
+  std::mt19937_64 random(1);
+  const auto compare = [&](const Mechanism& mechanism) {
+    assign_values(straight_line, ring);
     LoopInverseDynamics engine(drive_independent(remove_unmodelled_forces(mechanism), tree, program), tree, program);
     LoopProgramRunner runner(straight_line, program);
     VectorX q = Eigen::Map<const VectorX>(program.start.data(), static_cast<Eigen::Index>(program.columns)), effort;
@@ -822,24 +818,9 @@ void check_loop_program(ProgramInterpreter& straight_line, Ring& ring, const Sym
     if (!difference.is_within_tolerance()) throw FormulaError("the program differs from the engine");
     return true;
   };
-  std::mt19937_64 random(1);
-  assign_values(straight_line, ring);
   const ParametricModel& model = *tree.model;
-  compare(model.build_mechanism(model.evaluate_nodes(model.inputs())), random);
-  const ParameterSampler sampler(ring, model);
-  if (!sampler.has_parameters()) return;
-  std::size_t compared = 0;
-  for (int draws = 0; compared < perturbed_self_test_count && draws < ParameterSampler::max_draws; ++draws) {
-    const std::vector<double> nodes = model.evaluate_nodes(sampler.draw(random, draws));
-    const Mechanism mechanism = model.build_mechanism(nodes);
-    if (!validate(mechanism).empty()) continue;
-    const ScopedSymbolValues values(ring, nodes);
-    assign_values(straight_line, ring);
-    try {
-      compared += compare(mechanism, random) ? 1 : 0;
-    } catch (const std::invalid_argument&) {  // these numbers do not close the loops
-    }
-  }
+  compare(model.build_mechanism(model.evaluate_nodes(model.inputs())));
+  ParameterSampler(ring, model).compare_perturbed(perturbed_self_test_count, random, compare);
 }
 
 std::string comment_safe_title(const std::string& name) {
