@@ -9,11 +9,6 @@ namespace balance::formulas {
 
 namespace {
 
-void append(SheetSection& section, SheetFormula formula) {
-  section.terms += formula.value.size();
-  section.formulas.push_back(std::move(formula));
-}
-
 /// Angular velocity of a frame in its own axes for a unit rate of one column.
 Vector frame_rotation(const SymbolicTree& tree, const std::vector<FrameOf<Polynomial>>& frames, int frame, int column) {
   std::vector<int> chain;
@@ -44,12 +39,9 @@ void add_disc_rows(Ring& ring, const SymbolicEquations& e, const ClosureEliminat
     }
     for (std::size_t axis = e.tree.is_planar ? 2 : 0; axis < 3; ++axis, ++row)
       for (std::size_t u = 0; u < elimination.independent().size(); ++u) {
-        SheetFormula formula{"C", index_text({row, u}, labels), {}, 1, ""};
+        SheetFormula formula{"C", index_text({row, u}, labels), {}};
         for (std::size_t c = 0; c < n; ++c) formula.value += w[c][axis] * elimination.rate(c, u);
-        if (formula.value.is_zero())
-          section.zero.push_back(formula.label());
-        else
-          append(section, std::move(formula));
+        section.add(std::move(formula));
       }
   }
 }
@@ -79,7 +71,7 @@ SheetSection make_solved_section(Ring& ring, const SymbolicEquations& e, const C
   };
   // in closed form, C does not depend on other entries of C, and is listed by rows
   for (const SheetFormula& step : steps)
-    if (!elimination.is_closed_form() || step.name.starts_with("Delta")) append(section, step);
+    if (!elimination.is_closed_form() || step.name.starts_with("Delta")) section.add(step);
   for (std::size_t c = 0; c < n; ++c)
     for (std::size_t u = 0; u < elimination.independent().size(); ++u) {
       const Polynomial& rate = elimination.rate(c, u);
@@ -87,9 +79,9 @@ SheetSection make_solved_section(Ring& ring, const SymbolicEquations& e, const C
           std::find_if(steps.begin(), steps.end(), [&](const SheetFormula& one) { return is_rate(one, c, u); });
       const bool is_independent = static_cast<int>(c) == elimination.independent()[u];
       if (step == steps.end() && !rate.is_zero() && !is_independent)
-        append(section, {"C", index_text({c, u}, n), rate, 1, ""});
+        section.add({"C", index_text({c, u}, n), rate});
       else if (step != steps.end() && elimination.is_closed_form())
-        append(section, *step);
+        section.add(*step);
     }
   add_disc_rows(ring, e, elimination, labels, section);
   return section;
@@ -114,7 +106,7 @@ class EffortSection {
                        " that move the mechanism: that of the i-th has U_ij times the acceleration of coordinate j, "
                        "U_ijk times the rates of j and k, for both orders, and U_i";
     if (!elimination_.is_closed_form())
-      for (const SheetFormula& step : elimination_.rate_steps()) append(section_, step);
+      for (const SheetFormula& step : elimination_.rate_steps()) section_.add(step);
     for (std::size_t u = 0; u < independent_.size(); ++u) {
       for (std::size_t j = 0; j < n_; ++j) add(u, {j}, [&](std::size_t c) { return e_.M[c][j]; });
       for (std::size_t j = 0; j < n_; ++j)
@@ -132,12 +124,6 @@ class EffortSection {
     return value;
   }
 
-  std::string indices_of(std::size_t u, const std::vector<std::size_t>& columns) const {
-    std::string text = std::to_string(u + 1);
-    for (const std::size_t c : columns) text += (n_ > 9 ? "_" : "") + std::to_string(c + 1);
-    return text;
-  }
-
   /// C of a dependent column: in closed form a numerator and a denominator, otherwise the symbol that the steps define.
   std::pair<Polynomial, Polynomial> rate(std::size_t c, std::size_t u) const {
     const Polynomial& symbol = elimination_.rate(c, u);
@@ -150,13 +136,14 @@ class EffortSection {
   /// @param entry of each column of the tree
   template <class Entry>
   void add(std::size_t u, const std::vector<std::size_t>& columns, const Entry& entry) {
-    SheetFormula formula{"U", indices_of(u, columns), {}, 1, ""};
+    std::vector<std::size_t> indices{u};
+    indices.insert(indices.end(), columns.begin(), columns.end());
+    SheetFormula formula{"U", index_text(indices, n_), {}};
     const auto independent = static_cast<std::size_t>(independent_[u]);
     const RationalFunction own = with_solution(entry(independent));
     const auto polynomial = as_polynomial(own);
     formula.value = polynomial ? *polynomial : own.numerator;
     if (!polynomial) formula.denominator = own.denominator;
-    section_.terms += formula.value.size();
     for (std::size_t c = 0; c < n_; ++c) {
       if (c == independent || elimination_.rate(c, u).is_zero()) continue;
       const RationalFunction factor = with_solution(entry(c));
@@ -165,12 +152,8 @@ class EffortSection {
       const auto factor_polynomial = as_polynomial(factor);
       formula.products.push_back({numerator, factor_polynomial ? denominator : denominator * factor.denominator,
                                   factor_polynomial ? *factor_polynomial : factor.numerator});
-      section_.terms += numerator.size() + formula.products.back().factor.size();
     }
-    if (formula.value.is_zero() && formula.products.empty())
-      section_.zero.push_back(formula.label());
-    else
-      section_.formulas.push_back(std::move(formula));
+    section_.add(std::move(formula));
   }
 
   Ring& ring_;

@@ -84,6 +84,15 @@ void add_solution_details(const FormulaSheet& sheet, FormulaPrinter& printer, co
 
 }  // namespace
 
+void SheetSection::add(SheetFormula formula) {
+  terms += formula.value.size();
+  for (const FormulaProduct& product : formula.products) terms += product.numerator.size() + product.factor.size();
+  if (formula.value.is_zero() && formula.products.empty() && !formula.name.empty())
+    zero.push_back(formula.label());
+  else
+    formulas.push_back(std::move(formula));
+}
+
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options) {
   std::vector<PrintedSection> sections;
   FormulaPrinter printer(*sheet.ring, options.style, options.collected);
@@ -129,20 +138,12 @@ bool is_section_requested(const SheetOptions& options, SheetSectionKind section)
   return std::find(only.begin(), only.end(), section) != only.end();
 }
 
-void add_formula(SheetSection& section, SheetFormula formula) {
-  section.terms += formula.value.size();
-  if (formula.value.is_zero() && !formula.name.empty())
-    section.zero.push_back(formula.label());
-  else
-    section.formulas.push_back(std::move(formula));
-}
-
 SheetSection make_inertia_section(const SymbolicEquations& e) {
   SheetSection section{
       SheetSectionKind::inertia, "Inertia: the torque of coordinate i has D_ij times the acceleration of j", {}, {}, 0};
   const std::size_t n = e.M.size();
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i; j < n; ++j) add_formula(section, {"D", index_text({i, j}, n), e.M[i][j], 1, ""});
+    for (std::size_t j = i; j < n; ++j) section.add({"D", index_text({i, j}, n), e.M[i][j]});
   return section;
 }
 
@@ -155,7 +156,7 @@ SheetSection make_velocity_section(const SymbolicEquations& e) {
   const std::size_t n = e.M.size();
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = j; k < n; ++k) add_formula(section, {"D", index_text({i, j, k}, n), e.D[i][j][k], 1, ""});
+      for (std::size_t k = j; k < n; ++k) section.add({"D", index_text({i, j, k}, n), e.D[i][j][k]});
   return section;
 }
 
@@ -166,9 +167,8 @@ SheetSection make_gravity_section(const SymbolicEquations& e) {
                        {},
                        {},
                        0};
-  for (std::size_t i = 0; i < e.z.size(); ++i) add_formula(section, {"D", index_text({i}, e.z.size()), e.z[i], 1, ""});
-  for (const auto& [symbol, square] : e.lengths)
-    add_formula(section, {square.ring()->symbol(symbol).name + "^2", "", square, 1, ""});
+  for (std::size_t i = 0; i < e.z.size(); ++i) section.add({"D", index_text({i}, e.z.size()), e.z[i]});
+  for (const auto& [symbol, square] : e.lengths) section.add({square.ring()->symbol(symbol).name + "^2", "", square});
   return section;
 }
 
@@ -179,11 +179,9 @@ SheetSection make_closure_section(const SymbolicEquations& e) {
                        {},
                        0};
   const std::size_t n = std::max(e.M.size(), e.closure.size());
-  for (std::size_t i = 0; i < e.closure.size(); ++i)
-    add_formula(section, {"h", index_text({i}, n), e.closure[i], 1, ""});
+  for (std::size_t i = 0; i < e.closure.size(); ++i) section.add({"h", index_text({i}, n), e.closure[i]});
   for (std::size_t i = 0; i < e.A.size(); ++i)
-    for (std::size_t j = 0; j < e.A[i].size(); ++j)
-      add_formula(section, {"A", index_text({i, j}, n), e.A[i][j], 1, ""});
+    for (std::size_t j = 0; j < e.A[i].size(); ++j) section.add({"A", index_text({i, j}, n), e.A[i][j]});
   return section;
 }
 
@@ -197,7 +195,7 @@ SheetSection make_regressor_section(const SymbolicRegressor& regressor) {
   const std::size_t n = std::max(regressor.Y.size(), regressor.parameters.size());
   for (std::size_t i = 0; i < regressor.Y.size(); ++i)
     for (std::size_t p = 0; p < regressor.parameters.size(); ++p)
-      add_formula(section, {"Y", index_text({i, p}, n), regressor.Y[i][p], 1, ""});
+      section.add({"Y", index_text({i, p}, n), regressor.Y[i][p]});
   return section;
 }
 
@@ -210,21 +208,19 @@ SheetSection make_natural_section(const NaturalEquations& e) {
       {},
       0};
   const std::size_t p = e.points.size(), n = std::max(e.constraint.size(), e.unknowns.size());
-  for (const auto& [symbol, sum] : e.aliases) add_formula(section, {sum.ring()->symbol(symbol).name, "", sum, 1, ""});
+  for (const auto& [symbol, sum] : e.aliases) section.add({sum.ring()->symbol(symbol).name, "", sum});
   for (std::size_t i = 0; i < p; ++i)
     for (std::size_t j = i; j < p; ++j) {
-      add_formula(section, {"Mre", index_text({i, j}, p), e.mass[i][j].re, 1, ""});
-      if (i != j) add_formula(section, {"Mim", index_text({i, j}, p), e.mass[i][j].im, 1, ""});
+      section.add({"Mre", index_text({i, j}, p), e.mass[i][j].re});
+      if (i != j) section.add({"Mim", index_text({i, j}, p), e.mass[i][j].im});
     }
   for (std::size_t i = 0; i < p; ++i) {
-    add_formula(section, {"Cre", index_text({i}, p), e.coefficients[i].re, 1, ""});
-    add_formula(section, {"Cim", index_text({i}, p), e.coefficients[i].im, 1, ""});
+    section.add({"Cre", index_text({i}, p), e.coefficients[i].re});
+    section.add({"Cim", index_text({i}, p), e.coefficients[i].im});
   }
-  for (std::size_t i = 0; i < e.constraint.size(); ++i)
-    add_formula(section, {"Phi", index_text({i}, n), e.constraint[i], 1, ""});
+  for (std::size_t i = 0; i < e.constraint.size(); ++i) section.add({"Phi", index_text({i}, n), e.constraint[i]});
   for (std::size_t i = 0; i < e.jacobian.size(); ++i)
-    for (std::size_t j = 0; j < e.unknowns.size(); ++j)
-      add_formula(section, {"G", index_text({i, j}, n), e.jacobian[i][j], 1, ""});
+    for (std::size_t j = 0; j < e.unknowns.size(); ++j) section.add({"G", index_text({i, j}, n), e.jacobian[i][j]});
   section.zero.clear();  // nearly all entries vanish
   return section;
 }
@@ -254,12 +250,12 @@ SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
   std::set<std::string> defined;
   for (const SheetFormula& definition : s.definitions) {
     defined.insert(definition.label());
-    if (!with_tree || definition.name != "D") add_formula(section, definition);
+    if (!with_tree || definition.name != "D") section.add(definition);
   }
   const auto add = [&](const char* name, std::initializer_list<std::size_t> indices, const Polynomial& value,
                        std::size_t count) {
     const std::string text = index_text(indices, count);
-    if (!defined.contains(name + text)) add_formula(section, {name, text, value, 1, ""});
+    if (!defined.contains(name + text)) section.add({name, text, value});
   };
   for (std::size_t i = 0; i < s.W.size(); ++i)
     for (std::size_t j = 0; j < n; ++j) add("W", {i, j}, s.W[i][j], all);
@@ -478,7 +474,7 @@ void add_conditions(const Mechanism& mechanism, const SheetOptions& options, For
     try {
       ConvertedConditions converted = convert_conditions(*sheet.ring, e.tree, one.conditions, one.names);
       SheetSection section{SheetSectionKind::conditions, "Conditions for the goal " + goal, {}, {}, 0};
-      for (Polynomial& row : converted.conditions) add_formula(section, {"", "", std::move(row), Polynomial(1), ""});
+      for (Polynomial& row : converted.conditions) section.add({"", "", std::move(row)});
       sheet.sections.push_back(std::move(section));
       has_numbers = has_numbers || !converted.unnamed.empty();
     } catch (const FormulaError& error) {

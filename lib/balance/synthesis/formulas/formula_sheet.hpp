@@ -43,6 +43,9 @@ struct SheetSection {
   std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
   bool is_too_long = false;  ///< its formulas were not derived
+
+  /// Counts the terms; a formula that vanishes becomes a label in `zero`.
+  void add(SheetFormula formula);
 };
 
 /// Owns the ring of its formulas.

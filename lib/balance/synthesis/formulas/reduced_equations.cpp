@@ -40,7 +40,7 @@ class ReducedSection {
 
  private:
   SheetFormula begin(const std::string& name, std::initializer_list<std::size_t> indices) const {
-    return {name, index_text(indices, d_), {}, 1, ""};
+    return {name, index_text(indices, d_), {}};
   }
 
   /// Adds a multiple of an entry of the tree's equations.
@@ -116,24 +116,14 @@ class ReducedSection {
     formulas_.push_back(std::move(formula));
   }
 
-  void append(SheetFormula formula) {
-    section_.terms += formula.value.size();
-    for (const FormulaProduct& product : formula.products)
-      section_.terms += product.numerator.size() + product.factor.size();
-    if (formula.value.is_zero() && formula.products.empty())
-      section_.zero.push_back(formula.label());
-    else
-      section_.formulas.push_back(std::move(formula));
-  }
-
   SheetSection assemble() {
     for (const SheetFormula& step : elimination_.rate_steps()) {
       section_.terms += has_rates_ ? step.value.size() : 0;
-      if (!has_rates_) append(step);
+      if (!has_rates_) section_.add(step);
     }
-    for (const SheetFormula& step : elimination_.acceleration_steps()) append(step);
-    for (SheetFormula& definition : definitions_) append(std::move(definition));
-    for (SheetFormula& formula : formulas_) append(std::move(formula));
+    for (const SheetFormula& step : elimination_.acceleration_steps()) section_.add(step);
+    for (SheetFormula& definition : definitions_) section_.add(std::move(definition));
+    for (SheetFormula& formula : formulas_) section_.add(std::move(formula));
     return std::move(section_);
   }
 

@@ -4,7 +4,7 @@
 
 namespace balance::formulas {
 
-std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count) {
+std::string index_text(const std::vector<std::size_t>& indices, std::size_t count) {
   std::string text;
   for (const std::size_t index : indices) text += (count > 9 && !text.empty() ? "_" : "") + std::to_string(index + 1);
   return text;

@@ -4,7 +4,6 @@
 #include "balance/synthesis/formulas/symbolic_polynomial.hpp"
 
 #include <cstddef>
-#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -29,7 +28,7 @@ struct SheetFormula {
 };
 
 /// `12`, `1_10`.
-std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count);
+std::string index_text(const std::vector<std::size_t>& indices, std::size_t count);
 
 /// A formula to which later ones refer by a symbol of its own. Where the spec has that name already, it gets another one.
 SheetFormula define_formula(Ring& ring, const std::string& name, const std::string& indices, Polynomial value,

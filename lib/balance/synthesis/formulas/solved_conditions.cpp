@@ -88,7 +88,7 @@ int find_symbol(const SymbolicTree& tree, const UnknownNumber& unknown) {
 }
 
 SheetFormula make_formula(std::string name, std::string indices, const RationalFunction& value) {
-  if (const auto polynomial = as_polynomial(value)) return {std::move(name), std::move(indices), *polynomial, 1, ""};
+  if (const auto polynomial = as_polynomial(value)) return {std::move(name), std::move(indices), *polynomial};
   return {std::move(name), std::move(indices), value.numerator, value.denominator, ""};
 }
 
@@ -153,10 +153,7 @@ SheetSection make_solution_section(const Ring& ring, const SolvedConditions& sol
     section.formulas.push_back(make_formula(ring.symbol(one.symbol).name, "", one.value));
     section.terms += one.value.numerator.size() + one.value.denominator.size() - 1;
   }
-  for (const Polynomial& condition : solved.solution.remaining) {
-    section.formulas.push_back({"", "", condition, 1, ""});
-    section.terms += condition.size();
-  }
+  for (const Polynomial& condition : solved.solution.remaining) section.add({"", "", condition});
   return section;
 }
 
@@ -187,7 +184,8 @@ class BalancedEquations {
       for (const Entry& entry : *list) {
         section.terms += entry.value.numerator.size();
         if (is_decoupled && entry.value.is_zero()) continue;
-        SheetFormula formula = make_factored_formula(is_decoupled ? "k" : "D", index_text(entry.indices), entry.value);
+        SheetFormula formula =
+            make_factored_formula(is_decoupled ? "k" : "D", index_text(entry.indices, n_), entry.value);
         if (is_decoupled) formula.indices = std::to_string(entry.indices[0] + 1);
         if (entry.value.is_zero())
           section.zero.push_back(formula.label());
@@ -235,12 +233,6 @@ class BalancedEquations {
         taken.append(denominator.symbol(k), std::min(denominator.exponent(k), degree_in(sum, denominator.symbol(k))));
     denominator = denominator / taken;
     return multiplied_by(sum, taken.inverse());
-  }
-
-  std::string index_text(const std::vector<std::size_t>& indices) const {
-    std::string text;
-    for (const std::size_t index : indices) text += (n_ > 9 && !text.empty() ? "_" : "") + std::to_string(index + 1);
-    return text;
   }
 
   bool has_constant_inertias() const {

@@ -127,7 +127,7 @@ std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
     if (!section.is_too_long) section.terms = 0;
     for (Polynomial& row : section.is_too_long ? std::vector<Polynomial>() : extract_conditions(entries)) {
       section.terms += row.size();
-      section.formulas.push_back({"", "", std::move(row), Polynomial(1), ""});
+      section.formulas.push_back({"", "", std::move(row)});
     }
     sections.push_back(std::move(section));
   }
