@@ -53,17 +53,16 @@ int argument_length(const CircularFunction& function) {
 Polynomial determinant(const Matrix& A) {
   if (A.empty()) return {1};
   Polynomial sum;
-  for (std::size_t j = 0; j < A.size(); ++j) {
-    if (A[0][j].is_zero()) continue;
-    Matrix minor;
-    for (std::size_t i = 1; i < A.size(); ++i) {
-      minor.emplace_back(A[i]);
-      minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(j));
-    }
-    const Polynomial product = A[0][j] * determinant(minor);
-    sum = j % 2 == 0 ? sum + product : sum - product;
-  }
+  for (std::size_t j = 0; j < A.size(); ++j)
+    if (!A[0][j].is_zero()) sum += A[0][j] * cofactor(A, 0, j);
   return sum;
+}
+
+Polynomial cofactor(const Matrix& A, std::size_t row, std::size_t column) {
+  Matrix minor = A;
+  minor.erase(minor.begin() + static_cast<std::ptrdiff_t>(row));
+  for (Row& entries : minor) entries.erase(entries.begin() + static_cast<std::ptrdiff_t>(column));
+  return (row + column) % 2 == 0 ? determinant(minor) : -determinant(minor);
 }
 
 Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
@@ -365,16 +364,7 @@ class ClosureElimination::Implementation {
       throw FormulaError("the closures are singular");
     block.cofactors.assign(A.size(), Row(A.size()));
     for (std::size_t r = 0; r < A.size(); ++r)
-      for (std::size_t c = 0; c < A.size(); ++c) {
-        Matrix minor;
-        for (std::size_t i = 0; i < A.size(); ++i) {
-          if (i == r) continue;
-          minor.push_back(A[i]);
-          minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(c));
-        }
-        const Polynomial cofactor = determinant(minor);
-        block.cofactors[c][r] = (r + c) % 2 == 0 ? cofactor : -cofactor;
-      }
+      for (std::size_t c = 0; c < A.size(); ++c) block.cofactors[c][r] = cofactor(A, r, c);
     block.divisor = block.determinant;
     if (block.determinant.size() == 1) return;
     const std::string indices = blocks_.size() == 1 ? "" : std::to_string(++named);
@@ -482,22 +472,30 @@ class ClosureElimination::Implementation {
     return unknowns;
   }
 
-  void solve_rate(std::size_t u) {
-    const auto column = static_cast<std::size_t>(choice_.independent[u]);
+  /// The blocks one after the other. @param rhs of a closure, without dependent columns
+  /// @param label a column's unknown, by its name and indices @param unknown where it is stored
+  template <class RightHandSide, class Unknown>
+  void solve_blocks(const RightHandSide& rhs, const Label& label, const Unknown& unknown) {
     std::vector<std::size_t> known;
     for (const ClosureBlock& block : blocks_) {
-      Row rhs;
+      Row sums;
       for (const std::size_t r : block.rows) {
-        Polynomial sum = -e_.A[r][column];
-        for (const std::size_t b : known) sum -= e_.A[r][b] * C_[b][u];
-        rhs.push_back(std::move(sum));
+        sums.push_back(rhs(r));
+        for (const std::size_t b : known) sums.back() -= e_.A[r][b] * unknown(b);
       }
-      const auto unknowns = solve_block(block, std::move(rhs), [&](std::size_t c) {
-        return std::pair<std::string, std::string>("C", index_text({c, u}, n_));
-      });
-      for (std::size_t k = 0; k < block.columns.size(); ++k) C_[block.columns[k]][u] = unknowns[k];
+      const auto unknowns = solve_block(block, std::move(sums), label);
+      for (std::size_t k = 0; k < block.columns.size(); ++k) unknown(block.columns[k]) = unknowns[k];
       known.insert(known.end(), block.columns.begin(), block.columns.end());
     }
+  }
+
+  void solve_rate(std::size_t u) {
+    const auto column = static_cast<std::size_t>(choice_.independent[u]);
+    solve_blocks([&](std::size_t r) { return -e_.A[r][column]; },
+                 [&](std::size_t c) {
+                   return std::pair<std::string, std::string>("C", index_text({c, u}, n_));
+                 },
+                 [&](std::size_t c) -> Polynomial& { return C_[c][u]; });
   }
 
   void list_second_derivatives() {
@@ -525,21 +523,12 @@ class ClosureElimination::Implementation {
   }
 
   void solve_acceleration(std::size_t j, std::size_t k) {
-    std::vector<std::size_t> known;
-    for (const ClosureBlock& block : blocks_) {
-      Row rhs;
-      for (const std::size_t r : block.rows) {
-        Polynomial sum = -second_order(r, j, k);
-        for (const std::size_t b : known) sum -= e_.A[r][b] * c_[b][j][k];
-        rhs.push_back(std::move(sum));
-      }
-      const auto unknowns = solve_block(block, std::move(rhs), [&](std::size_t c) {
-        return std::pair<std::string, std::string>("c", index_text({c, j, k}, n_));
-      });
-      for (std::size_t i = 0; i < block.columns.size(); ++i)
-        c_[block.columns[i]][j][k] = c_[block.columns[i]][k][j] = unknowns[i];
-      known.insert(known.end(), block.columns.begin(), block.columns.end());
-    }
+    solve_blocks([&](std::size_t r) { return -second_order(r, j, k); },
+                 [&](std::size_t c) {
+                   return std::pair<std::string, std::string>("c", index_text({c, j, k}, n_));
+                 },
+                 [&](std::size_t c) -> Polynomial& { return c_[c][j][k]; });
+    for (const std::size_t c : choice_.dependent) c_[c][k][j] = c_[c][j][k];
   }
 
   Ring& ring_;

@@ -85,6 +85,8 @@ class ClosureElimination {
 
 /// Determinant by minors.
 Polynomial determinant(const Matrix& A);
+/// Of an entry, with its sign.
+Polynomial cofactor(const Matrix& A, std::size_t row, std::size_t column);
 
 /// Replaces sums of angles around a loop by the angle of the joint that closes it, if that is shorter.
 Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p);

@@ -1,6 +1,7 @@
 #include "balance/synthesis/formulas/speed_formulas.hpp"
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/synthesis/formulas/closure_elimination.hpp"
 #include "balance/synthesis/formulas/mechanism_symbols.hpp"
 #include "balance/synthesis/formulas/symbolic_recursion.hpp"
 
@@ -351,17 +352,12 @@ class SpeedDerivation {
     if (rows.size() > max_solved_speeds)
       throw FormulaError(std::to_string(rows.size()) + " speeds depend on each other: formulas are found for at most " +
                          std::to_string(max_solved_speeds));
-    const auto core = [&](std::optional<std::size_t> without_row, std::optional<std::size_t> without_column) {
-      Matrix A;
-      for (std::size_t r = 0; r < rows.size(); ++r) {
-        if (without_row == r) continue;
-        A.emplace_back();
-        for (std::size_t c = 0; c < columns.size(); ++c)
-          if (without_column != c) A.back().push_back(W(rows[r], columns[c]));
-      }
-      return A;
-    };
-    const Polynomial det = determinant(core({}, {}));
+    Matrix core;
+    for (const std::size_t row : rows) {
+      core.emplace_back();
+      for (const std::size_t column : columns) core.back().push_back(W(row, column));
+    }
+    const Polynomial det = determinant(core);
     if (det.is_zero()) throw FormulaError("the speeds do not determine the motion at any pose");
     std::string divisor;
     if (det.size() > 1) {
@@ -373,13 +369,12 @@ class SpeedDerivation {
     for (const std::size_t row : rows) rest.push_back(remainder(row));
     for (std::size_t c = 0; c < columns.size(); ++c)
       for (std::size_t r = 0; r < rows.size(); ++r) {
-        Polynomial cofactor = determinant(core(r, c));
-        if (cofactor.is_zero()) continue;
-        if ((r + c) % 2 != 0) cofactor = -cofactor;
+        const Polynomial adjugate = cofactor(core, r, c);
+        if (adjugate.is_zero()) continue;
         const bool is_whole = det.size() == 1 && det.terms()[0].wave == 0;
         const Polynomial inverse = is_whole
-                                       ? cofactor * power(det, -1)
-                                       : define(name, index_text({columns[c], rows[r]}, n_), cofactor, det, divisor);
+                                       ? adjugate * power(det, -1)
+                                       : define(name, index_text({columns[c], rows[r]}, n_), adjugate, det, divisor);
         for (std::size_t s = 0; s < n_; ++s) out_.V[columns[c]][s] += inverse * rest[r][s];
       }
   }

@@ -125,10 +125,8 @@ std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
     for (const Polynomial& entry : entries) section.terms += entry.size();
     section.is_too_long = section.terms > max_condition_terms;
     if (!section.is_too_long) section.terms = 0;
-    for (Polynomial& row : section.is_too_long ? std::vector<Polynomial>() : extract_conditions(entries)) {
-      section.terms += row.size();
-      section.formulas.push_back({"", "", std::move(row)});
-    }
+    for (Polynomial& row : section.is_too_long ? std::vector<Polynomial>() : extract_conditions(entries))
+      section.add({"", "", std::move(row)});
     sections.push_back(std::move(section));
   }
   return sections;
