@@ -161,27 +161,24 @@ class EngineComparison {
 
   /// The values of all names at a pose; the last ones are cached.
   struct Values {
-    std::vector<double> pose, symbols, angles;
+    std::vector<double> y;
     std::map<std::string, double> names;
+    PoseValues pose;
   };
   const Values& values_at(const VectorX& y) {
-    if (values_.pose == to_std_vector(y)) return values_;
-    values_ = {to_std_vector(y), {}, {}, evaluate_names(sheet_, to_std_vector(y))};
-    PoseValues pose = evaluate_pose(*sheet_.ring, values_.names);
+    if (values_.y == to_std_vector(y)) return values_;
+    values_ = {to_std_vector(y), evaluate_names(sheet_, to_std_vector(y)), {}};
+    PoseValues& pose = values_.pose;
+    pose = evaluate_pose(*sheet_.ring, values_.names);
     for (const SheetSection& section : sheet_.sections)
       for (const SheetFormula& formula : section.formulas)
         if (formula.symbol >= 0)
           values_.names[formula.label()] = pose.symbols[static_cast<std::size_t>(formula.symbol)] =
               pose(formula.value) / pose(formula.denominator);
-    values_.symbols = std::move(pose.symbols), values_.angles = std::move(pose.angles);
     return values_;
   }
 
-  double polynomial_at(const Polynomial& p, const VectorX& y) {
-    if (p.is_zero()) return 0;
-    const Values& values = values_at(y);
-    return evaluate_polynomial(p, values.symbols, values.angles);
-  }
+  double polynomial_at(const Polynomial& p, const VectorX& y) { return p.is_zero() ? 0 : values_at(y).pose(p); }
 
   double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
     const auto text = texts_.find(label);
@@ -453,12 +450,10 @@ class EngineComparison {
 std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const std::vector<double>& y) {
   std::map<std::string, double> values = evaluate_names(*sheet.ring, sheet.equations, y);
   if (!sheet.speeds) return values;
-  std::vector<double> symbols, angles;
-  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
-  for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
-  evaluate_definitions(*sheet.speeds, symbols, angles);
+  PoseValues pose = evaluate_pose(*sheet.ring, values);
+  evaluate_definitions(*sheet.speeds, pose.symbols, pose.angles);
   for (const SheetFormula& definition : sheet.speeds->definitions)
-    values[definition.label()] = symbols[static_cast<std::size_t>(definition.symbol)];
+    values[definition.label()] = pose.symbols[static_cast<std::size_t>(definition.symbol)];
   return values;
 }
 
@@ -533,11 +528,8 @@ class NaturalComparison {
 
   double value(const std::string& label, const Polynomial& p) const {
     if (p.is_zero()) return 0;
-    if (const auto text = texts_.find(label); text != texts_.end()) return evaluate_text(text->second, names_);
-    std::vector<double> symbols, angles;
-    for (const Symbol& symbol : ring_.symbols()) symbols.push_back(names_.at(symbol.name));
-    for (const Angle& angle : ring_.angles()) angles.push_back(names_.at(angle.name));
-    return evaluate_polynomial(p, symbols, angles);
+    const auto text = texts_.find(label);
+    return text != texts_.end() ? evaluate_text(text->second, names_) : evaluate_pose(ring_, names_)(p);
   }
 
   double mass_error() const {
@@ -633,16 +625,14 @@ std::map<std::string, double> names_of(const FormulaSheet& sheet, const Regresso
 
 MatrixX printed_regressor(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                           const std::map<std::string, double>& names) {
-  std::vector<double> symbols, angles;
-  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(names.at(symbol.name));
-  for (const Angle& angle : sheet.ring->angles()) angles.push_back(names.at(angle.name));
+  const PoseValues pose = evaluate_pose(*sheet.ring, names);
   const Matrix& Y = sheet.regressor->Y;
   MatrixX value(static_cast<Eigen::Index>(Y.size()), static_cast<Eigen::Index>(sheet.regressor->parameters.size()));
   for (std::size_t i = 0; i < Y.size(); ++i)
     for (std::size_t p = 0; p < Y[i].size(); ++p) {
       const auto text = texts.find("Y" + index_text({i, p}, std::max(Y.size(), Y[i].size())));
       value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) =
-          text != texts.end() ? evaluate_text(text->second, names) : evaluate_polynomial(Y[i][p], symbols, angles);
+          text != texts.end() ? evaluate_text(text->second, names) : pose(Y[i][p]);
     }
   return value;
 }
