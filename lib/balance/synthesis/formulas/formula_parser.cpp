@@ -4,34 +4,58 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <sstream>
 
 namespace balance::formulas {
 
-namespace {
+/// Makes instructions of an expression. A value is the register that it is in.
+class ProgramInterpreter::Compiler {
+ public:
+  struct Value {
+    Compiler* compiler;
+    int index;
 
-struct StatementEvaluator {
-  const std::map<std::string, double>& values;
+    Value operator+(const Value& b) const { return compiler->add(Operation::sum, *this, b); }
+    Value operator-(const Value& b) const { return compiler->add(Operation::difference, *this, b); }
+    Value operator*(const Value& b) const { return compiler->add(Operation::product, *this, b); }
+    Value operator-() const { return compiler->add(Operation::negative, *this, *this); }
+  };
 
-  static double number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
-  double name(const std::string& name) const {
-    const auto known = values.find(name);
-    if (known == values.end()) throw FormulaError("the program uses " + name + " before it has a value");
-    return known->second;
+  Compiler(ProgramInterpreter& program, std::vector<Instruction>& instructions)
+      : program_(program), instructions_(instructions) {}
+
+  void compile(const std::string& target, const std::string& expression) {
+    const Value value = FormulaParser<Value, Compiler>(expression, *this).read();
+    instructions_.push_back({Operation::copy, program_.register_of(target), value.index, value.index});
   }
-  static std::string strip_math_prefix(const std::string& name) {
-    return name.starts_with("math.") ? name.substr(5) : name;
-  }
+
+  Value number(const std::string& text) { return {this, program_.add_register(std::strtod(text.c_str(), nullptr))}; }
+  Value name(const std::string& name) { return {this, program_.register_of(name)}; }
   static bool is_function(const std::string& name) {
     return strip_math_prefix(name) == "sin" || strip_math_prefix(name) == "cos" || strip_math_prefix(name) == "sqrt";
   }
-  static double call(const std::string& function, double x) {
+  Value call(const std::string& function, const Value& x) {
     const std::string name = strip_math_prefix(function);
-    return name == "sin" ? elementary::sin(x) : name == "cos" ? elementary::cos(x) : std::sqrt(x);
+    return add(name == "sin" ? Operation::sine : name == "cos" ? Operation::cosine : Operation::root, x, x);
   }
-  static double power(double, int) { throw FormulaError("neither C nor Python writes powers so"); }
-  static double quotient(double a, double b) { return a / b; }
+  static Value power(const Value&, int) { throw FormulaError("neither C nor Python writes powers so"); }
+  Value quotient(const Value& a, const Value& b) { return add(Operation::quotient, a, b); }
+
+ private:
+  static std::string strip_math_prefix(const std::string& name) {
+    return name.starts_with("math.") ? name.substr(5) : name;
+  }
+  Value add(Operation operation, const Value& a, const Value& b) {
+    instructions_.push_back({operation, program_.add_register(0), a.index, b.index});
+    return {this, instructions_.back().target};
+  }
+
+  ProgramInterpreter& program_;
+  std::vector<Instruction>& instructions_;
 };
+
+namespace {
 
 std::string strip_affixes(std::string text, const std::string& begin, const std::string& end) {
   if (text.starts_with(begin)) text.erase(0, begin.size());
@@ -43,7 +67,7 @@ std::string strip_affixes(std::string text, const std::string& begin, const std:
 
 ProgramInterpreter::ProgramInterpreter(const std::string& text, Language language, std::size_t columns)
     : is_c_(language == Language::c), columns_(columns) {
-  Statements* function = nullptr;
+  std::vector<Instruction>* function = nullptr;
   const std::string head = is_c_ ? "static void " : "def ";
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -55,34 +79,61 @@ ProgramInterpreter::ProgramInterpreter(const std::string& text, Language languag
     const bool is_list = equals_sign != std::string::npos && line[equals_sign + 3] == '[';
     if (function == nullptr || equals_sign == std::string::npos || is_list) continue;
     const std::size_t begin = line.find_first_not_of(' ');
-    function->emplace_back(strip_affixes(line.substr(begin, equals_sign - begin), "const double ", ""),
-                           strip_affixes(line.substr(equals_sign + 3), "", ";"));
+    Compiler(*this, *function)
+        .compile(strip_affixes(line.substr(begin, equals_sign - begin), "const double ", ""),
+                 strip_affixes(line.substr(equals_sign + 3), "", ";"));
   }
   if (functions_["torques"].empty() && functions_["tree_torques"].empty())
     throw FormulaError("the program has no statements");
 }
 
-void ProgramInterpreter::set_parameter(const std::string& name, double value) {
-  values_[is_c_ ? "p->" + c_member_name(name) : "p[\"" + name + "\"]"] = value;
+int ProgramInterpreter::add_register(double value) {
+  registers_.push_back(value);
+  return static_cast<int>(registers_.size()) - 1;
 }
 
-void ProgramInterpreter::execute(const Statements& statements) {
-  StatementEvaluator factory{values_};
-  for (const auto& [target, expression] : statements)
-    values_[target] = FormulaParser<double, StatementEvaluator>(expression, factory).read();
+int ProgramInterpreter::register_of(const std::string& name) {
+  const auto [known, is_new] = names_.try_emplace(name, 0);
+  if (is_new) known->second = add_register(std::numeric_limits<double>::quiet_NaN());
+  return known->second;
+}
+
+void ProgramInterpreter::set_parameter(const std::string& name, double value) {
+  const auto known = names_.find(is_c_ ? "p->" + c_member_name(name) : "p[\"" + name + "\"]");
+  if (known != names_.end()) registers_[static_cast<std::size_t>(known->second)] = value;
+}
+
+void ProgramInterpreter::execute(const std::vector<Instruction>& instructions) {
+  const auto at = [this](int index) -> double& { return registers_[static_cast<std::size_t>(index)]; };
+  for (const auto& [operation, target, a, b] : instructions) {
+    switch (operation) {
+      case Operation::copy: at(target) = at(a); break;
+      case Operation::sum: at(target) = at(a) + at(b); break;
+      case Operation::difference: at(target) = at(a) - at(b); break;
+      case Operation::product: at(target) = at(a) * at(b); break;
+      case Operation::quotient: at(target) = at(a) / at(b); break;
+      case Operation::negative: at(target) = -at(a); break;
+      case Operation::cosine: at(target) = elementary::cos(at(a)); break;
+      case Operation::sine: at(target) = elementary::sin(at(a)); break;
+      case Operation::root: at(target) = std::sqrt(at(a)); break;
+    }
+  }
 }
 
 std::vector<std::vector<double>> ProgramInterpreter::call(
     const std::string& function, const std::map<std::string, std::vector<double>>& arguments,
     const std::vector<std::pair<std::string, std::size_t>>& results) {
-  const auto element = [](const std::string& list, std::size_t i) { return list + "[" + std::to_string(i) + "]"; };
+  const auto element = [this](const std::string& list, std::size_t i) -> double& {
+    const int index = register_of(list + "[" + std::to_string(i) + "]");
+    return registers_[static_cast<std::size_t>(index)];
+  };
   for (const auto& [list, values] : arguments)
-    for (std::size_t i = 0; i < values.size(); ++i) values_[element(list, i)] = values[i];
+    for (std::size_t i = 0; i < values.size(); ++i) element(list, i) = values[i];
   execute(functions_.at(function));
   std::vector<std::vector<double>> found;
   for (const auto& [list, size] : results) {
     found.emplace_back();
-    for (std::size_t i = 0; i < size; ++i) found.back().push_back(values_.at(element(list, i)));
+    for (std::size_t i = 0; i < size; ++i) found.back().push_back(element(list, i));
   }
   return found;
 }

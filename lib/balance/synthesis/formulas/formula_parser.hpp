@@ -33,13 +33,23 @@ class ProgramInterpreter {
                                         const std::vector<std::pair<std::string, std::size_t>>& results);
 
  private:
-  using Statements = std::vector<std::pair<std::string, std::string>>;  ///< target, expression
-  void execute(const Statements& statements);
+  class Compiler;
+  enum class Operation { copy, sum, difference, product, quotient, negative, cosine, sine, root };
+  /// register[target] = operation(register[a], register[b])
+  struct Instruction {
+    Operation operation = Operation::copy;
+    int target = 0, a = 0, b = 0;
+  };
+  int add_register(double value);
+  /// The register of a name as the program writes it: `p->l1`, `k[3]`. NaN until it has a value.
+  int register_of(const std::string& name);
+  void execute(const std::vector<Instruction>& instructions);
 
   bool is_c_;
   std::size_t columns_;
-  std::map<std::string, Statements> functions_;  ///< those that return nothing, or what they compute
-  std::map<std::string, double> values_;         ///< by name as the program writes it: `p->l1`, `k[3]`
+  std::map<std::string, std::vector<Instruction>> functions_;  ///< those that return nothing, or what they compute
+  std::map<std::string, int> names_;                           ///< their registers
+  std::vector<double> registers_;
 };
 
 /// `Maker` makes the values: number(text), name(text), call(function, argument), power(base, integer), quotient(a, b).

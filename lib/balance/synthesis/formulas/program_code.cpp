@@ -454,20 +454,21 @@ std::string generate_program(const Mechanism& mechanism, const study::SpecNumber
     parts.constants = writer.constants();
     if (size != nullptr) *size = writer.size();
     parts.states = make_self_test_states(mechanism, tree, needed, is_closed);
-    check_program(ProgramInterpreter(program_text(parts, language), language, tree.columns.size()), ring, tree,
-                  parts.states, needed);
-    return parts;
+    ProgramInterpreter straight_line(program_text(parts, language), language, tree.columns.size());
+    check_program(straight_line, ring, tree, parts.states, needed);
+    return std::pair(std::move(parts), std::move(straight_line));
   };
   if (tree.closures.empty()) {
     check_independent_without_loops(mechanism, tree, options.independent);
-    return program_text(make_parts(false, true), language);
+    return program_text(make_parts(false, true).first, language);
   }
-  if (has_velocity_constraints(mechanism)) return program_text(make_parts(false, false), language);
-  ProgramParts parts = make_parts(true, false);
-  ProgramInterpreter straight_line(program_text(parts, language), language, tree.columns.size());
+  if (has_velocity_constraints(mechanism)) return program_text(make_parts(false, false).first, language);
+  auto checked = make_parts(true, false);
+  ProgramParts& parts = checked.first;
+  ProgramInterpreter& straight_line = checked.second;
   parts.loops = make_loop_program(mechanism, ring, tree, parts.closures, straight_line, options);
   const bool is_always_closed = parts.loops->dependent.empty();
-  if (is_always_closed) return program_text(make_parts(false, true), language);
+  if (is_always_closed) return program_text(make_parts(false, true).first, language);
   std::erase_if(parts.functions, [&](const CodeFunction& function) {
     return (function.name == "inputs" && !parts.loops->direct.empty()) ||
            (function.name == "closure_bias" && parts.loops->has_all_coordinates);
