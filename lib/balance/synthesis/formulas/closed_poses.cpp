@@ -62,7 +62,7 @@ PoseValues evaluate_pose(const Ring& ring, const std::map<std::string, double>& 
 }
 
 PoseValues evaluate_pose(const Ring& ring, const SymbolicEquations& e, const VectorX& y) {
-  return evaluate_pose(ring, evaluate_names(ring, e, {y.data(), y.data() + y.size()}));
+  return evaluate_pose(ring, evaluate_names(ring, e, to_list(y)));
 }
 
 VectorX rough_pose(const SymbolicTree& tree, const std::vector<CoordinateValue>& values) {

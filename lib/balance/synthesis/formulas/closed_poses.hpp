@@ -14,6 +14,8 @@
 
 namespace balance::formulas {
 
+inline std::vector<double> to_list(const VectorX& x) { return {x.data(), x.data() + x.size()}; }
+
 /// Values of all names at a pose, except those that steps of an elimination define.
 /// @param y per column of the tree [rad or m]
 std::map<std::string, double> evaluate_names(const Ring& ring, const SymbolicEquations& equations,

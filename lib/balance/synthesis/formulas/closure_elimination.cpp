@@ -5,6 +5,9 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -228,9 +231,8 @@ void check_independent_without_loops(const Mechanism& mechanism, const SymbolicT
   if (names.empty() || (names.size() == columns.size() &&
                         std::set(names.begin(), names.end()) == std::set(columns.begin(), columns.end())))
     return;
-  std::string list;
-  for (const std::string& name : columns) list += (list.empty() ? "" : ", ") + name;
-  throw IndependentCoordinatesError("the mechanism has no loops: its independent coordinates are " + list);
+  throw IndependentCoordinatesError(
+      fmt::format("the mechanism has no loops: its independent coordinates are {}", fmt::join(columns, ", ")));
 }
 
 // The elimination.

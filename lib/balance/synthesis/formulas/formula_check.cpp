@@ -113,8 +113,8 @@ class EngineComparison {
     double other_error = max_derived_error(y);
     if (!sheet_.independent.empty()) other_error = std::max(other_error, reduced_error(y, v, a, engine_effort, scale));
     if (sheet_.regressor)
-      other_error = std::max(
-          other_error, max_regressor_error(sheet_, texts_, engine_, {to_std_vector(y), dy, B * a + gamma, B, q, v, a}));
+      other_error = std::max(other_error,
+                             max_regressor_error(sheet_, texts_, engine_, {to_list(y), dy, B * a + gamma, B, q, v, a}));
     if (sheet_.natural && std::isfinite(other_error))
       other_error =
           std::max(other_error, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
@@ -157,8 +157,6 @@ class EngineComparison {
     return v;
   }
 
-  static std::vector<double> to_std_vector(const VectorX& y) { return {y.data(), y.data() + y.size()}; }
-
   /// The values of all names at a pose; the last ones are cached.
   struct Values {
     std::vector<double> y;
@@ -166,8 +164,8 @@ class EngineComparison {
     PoseValues pose;
   };
   const Values& values_at(const VectorX& y) {
-    if (values_.y == to_std_vector(y)) return values_;
-    values_ = {to_std_vector(y), evaluate_names(sheet_, to_std_vector(y)), {}};
+    if (values_.y == to_list(y)) return values_;
+    values_ = {to_list(y), evaluate_names(sheet_, to_list(y)), {}};
     PoseValues& pose = values_.pose;
     pose = evaluate_pose(*sheet_.ring, values_.names);
     for (const SheetSection& section : sheet_.sections)
@@ -308,7 +306,7 @@ class EngineComparison {
     double error = 0, product_error = 0, product_scale = scale;
     std::size_t row = 0;
     for (std::size_t i = 0; i < s.names.size(); ++i) {
-      if (std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end()) continue;
+      if (s.is_independent(i)) continue;
       product_scale = std::max(product_scale, numerics::max_abs(engine.acceleration[i]));
       for (std::size_t j = 0; j < s.independent.size(); ++j) {
         const auto r = static_cast<Eigen::Index>(i), c = static_cast<Eigen::Index>(j);

@@ -6,6 +6,9 @@
 #include "balance/synthesis/formulas/solved_conditions.hpp"
 #include "balance/synthesis/formulas/symbolic_conditions.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -231,9 +234,7 @@ SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
   const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
   std::string names, dependent;
   for (std::size_t i = 0; i < s.names.size(); ++i) {
-    const bool is_independent =
-        std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end();
-    std::string& list = is_independent ? names : dependent;
+    std::string& list = s.is_independent(i) ? names : dependent;
     list += (list.empty() ? "" : ", ") + s.names[i];
   }
   SheetSection section{
@@ -269,7 +270,7 @@ SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
   for (std::size_t i = 0; i < n; ++i) add("z", {i}, s.z[i], n);
   std::size_t row = 0;
   for (std::size_t i = 0; i < s.names.size(); ++i) {
-    if (std::find(s.independent.begin(), s.independent.end(), static_cast<int>(i)) != s.independent.end()) continue;
+    if (s.is_independent(i)) continue;
     for (std::size_t j = 0; j < n; ++j) add("C", {i, j}, s.C[row][j], all);
     for (std::size_t j = 0; j < n; ++j)
       for (std::size_t k = j; k < n; ++k) add("c", {i, j, k}, s.c[row][j][k], all);
@@ -348,10 +349,9 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     sheet.notes.push_back(
         "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's "
         "lengths");
-  std::string excluded;
-  for (const std::string& kind : tree.excluded_terms) excluded += (excluded.empty() ? "" : ", ") + kind;
-  if (!excluded.empty())
-    sheet.notes.push_back("left out of these formulas, which are functions of the pose: " + excluded);
+  if (!tree.excluded_terms.empty())
+    sheet.notes.push_back(fmt::format("left out of these formulas, which are functions of the pose: {}",
+                                      fmt::join(tree.excluded_terms, ", ")));
   if (has_velocity_constraints(mechanism))
     sheet.notes.push_back("these are the equations of all coordinates, without the constraints on speeds");
   if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others move along with them");

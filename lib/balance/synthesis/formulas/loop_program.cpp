@@ -2,6 +2,10 @@
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/formulas/closed_poses.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -350,11 +354,7 @@ std::string join_decimals(const std::vector<double>& values) {
   return text;
 }
 
-std::string join_indices(const std::vector<std::size_t>& values) {
-  std::string text;
-  for (const std::size_t x : values) text += (text.empty() ? "" : ", ") + std::to_string(x);
-  return text;
-}
+std::string join_indices(const std::vector<std::size_t>& values) { return fmt::format("{}", fmt::join(values, ", ")); }
 
 std::string format_c(const LoopProgram& p) {
   const bool is_direct = !p.direct.empty();
@@ -401,8 +401,6 @@ std::string format_loop_functions(const LoopProgram& program, Language language)
 }
 
 namespace {
-
-std::vector<double> to_list(const VectorX& x) { return {x.data(), x.data() + x.size()}; }
 
 VectorX to_vector(const std::vector<double>& x) {
   return Eigen::Map<const VectorX>(x.data(), static_cast<Eigen::Index>(x.size()));

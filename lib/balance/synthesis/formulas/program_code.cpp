@@ -11,6 +11,9 @@
 #include "balance/synthesis/formulas/straight_line_program.hpp"
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -258,11 +261,7 @@ std::vector<std::pair<std::string, double>> parameters(const StraightLineProgram
   return list;
 }
 
-std::string join_text(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
-}
+std::string join_text(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, ", ")); }
 
 struct ProgramParts {
   std::string title;
@@ -545,7 +544,7 @@ class TreeInverseDynamics {
     VectorX effort;
     const MotionOutcome outcome = engine_.efforts(vector(q), vector(dq), vector(ddq), effort);
     if (outcome.status != MotionStatus::done) throw FormulaError("the engine has no torques to test the program with");
-    return {effort.data(), effort.data() + effort.size()};
+    return to_list(effort);
   }
 
  private:
@@ -676,8 +675,6 @@ class LoopInverseDynamics {
   InverseDynamics engine_;
 };
 
-std::vector<double> to_row(const VectorX& x) { return {x.data(), x.data() + x.size()}; }
-
 VectorX random_row(std::mt19937_64& random, Eigen::Index size) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   VectorX x(size);
@@ -751,7 +748,7 @@ LoopProgram make_loop_program(const Mechanism& mechanism, const Ring& ring, cons
       choose_independent_columns(mechanism, tree, options.independent, std::move(poses), std::move(jacobians));
   if (choice.independent.empty()) throw FormulaError("the mechanism has no degrees of freedom");
   program.dependent = choice.dependent;
-  program.start = to_row(choose_start(choice.poses, runner));
+  program.start = to_list(choose_start(choice.poses, runner));
   for (const int column : choice.independent) {
     const auto c = static_cast<std::size_t>(column);
     program.independent.push_back(c);
@@ -794,10 +791,10 @@ SelfTestStates make_loop_states(const Mechanism& mechanism, const SymbolicTree& 
     VectorX effort;
     if (!runner.follow(x, q) || !engine.assemble(q) || !engine.compute(q, dx, ddx, effort)) continue;
     const LoopProgramRunner::Motion motion = runner.move(q, dx, ddx);
-    states.q.push_back(to_row(program.has_all_coordinates ? q : x));
-    states.dq.push_back(to_row(program.has_all_coordinates ? motion.dq : dx));
-    states.ddq.push_back(to_row(program.has_all_coordinates ? motion.ddq : ddx));
-    states.torque.push_back(to_row(effort));
+    states.q.push_back(to_list(program.has_all_coordinates ? q : x));
+    states.dq.push_back(to_list(program.has_all_coordinates ? motion.dq : dx));
+    states.ddq.push_back(to_list(program.has_all_coordinates ? motion.ddq : ddx));
+    states.torque.push_back(to_list(effort));
   }
   if (states.q.empty()) throw FormulaError("no state was found near the start at which the program can be tested");
   return states;
@@ -815,7 +812,7 @@ void check_loop_program(ProgramInterpreter& straight_line, Ring& ring, const Sym
     const VectorX dx = random_row(random, freedoms), ddx = random_row(random, freedoms);
     if (!runner.close_loops(q) || !engine.assemble(q) || !engine.compute(q, dx, ddx, effort)) return false;
     TorqueDifference difference;
-    difference.add(to_row(runner.move(q, dx, ddx).generalised), to_row(effort));
+    difference.add(to_list(runner.move(q, dx, ddx).generalised), to_list(effort));
     if (!difference.is_within_tolerance()) throw FormulaError("the program differs from the engine");
     return true;
   };

@@ -1,5 +1,8 @@
 #include "balance/synthesis/formulas/reduced_equations.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <map>
 
 namespace balance::formulas {
@@ -157,10 +160,9 @@ std::size_t estimate_reduced_terms(const SymbolicEquations& e, std::size_t indep
 }
 
 std::string independent_names(const SymbolicEquations& e, const std::vector<int>& independent) {
-  std::string names;
-  for (const int column : independent)
-    names += (names.empty() ? "" : ", ") + e.tree.columns[static_cast<std::size_t>(column)];
-  return names;
+  std::vector<std::string> names;
+  for (const int column : independent) names.push_back(e.tree.columns[static_cast<std::size_t>(column)]);
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace balance::formulas

@@ -468,9 +468,7 @@ class SpeedDerivation {
 
   void add_dependent() {
     for (std::size_t speed = 0; speed < out_.W.size(); ++speed) {
-      if (std::find(out_.independent.begin(), out_.independent.end(), static_cast<int>(speed)) !=
-          out_.independent.end())
-        continue;
+      if (out_.is_independent(speed)) continue;
       Row C(n_);
       for (std::size_t s = 0; s < n_; ++s) {
         for (std::size_t j = 0; j < n_; ++j) C[s] += out_.W[speed][j] * out_.V[j][s];
@@ -502,6 +500,10 @@ SpeedFormulas derive_speed_formulas(Ring& ring, const SymbolicEquations& equatio
   if (!equations.tree.closures.empty())
     throw FormulaError("formulas in chosen speeds are for mechanisms without loops; --at has their numbers at a pose");
   return SpeedDerivation(ring, equations).derive(speeds);
+}
+
+bool SpeedFormulas::is_independent(std::size_t speed) const {
+  return std::find(independent.begin(), independent.end(), static_cast<int>(speed)) != independent.end();
 }
 
 void evaluate_definitions(const SpeedFormulas& formulas, std::vector<double>& symbols,

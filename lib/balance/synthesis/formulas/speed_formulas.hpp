@@ -27,6 +27,8 @@ struct SpeedFormulas {
   Row z;
   Matrix C;               ///< dependent speeds × independent
   std::vector<Matrix> c;  ///< of the dependent speeds
+
+  bool is_independent(std::size_t speed) const;
 };
 
 /// @param speeds of the mechanism whose tree the equations are of
