@@ -152,6 +152,9 @@ discs:
             self.assertNotRegex(text, r"(?<!\\)Delta")
         self.assertIn(r"\hat M_{11} = ", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
 
+    def test_latex_has_no_fractions_over_one(self):
+        self.assertNotIn("}{1}", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
+
     def test_divisors_of_steps_are_listed_as_they_are(self):
         note = " ".join(self.text(os.path.join(CONFIGS, "delta.yaml"), "--only", "solved").split())
         self.assertIn("the steps divide by rod cos(A1 + U1R_1) cos(U1R_2), ", note)

@@ -339,7 +339,7 @@ std::string FormulaPrinter::print_product(const Polynomial& numerator, const Pol
   Printed first;
   if (ratio.whole != 0)
     first = {print_ratio(numerator, denominator), 0, true};
-  else if (style_ == PrintStyle::text)
+  else if (style_ == PrintStyle::text || ratio.denominator == Polynomial(1))
     first = format(ratio.numerator, 1);
   else
     first = divided(format(ratio.numerator, 1), format(ratio.denominator, 1));
