@@ -36,6 +36,50 @@ class LoadCases(Case):
         self.assertAlmostEqual(heavy["at_rest"]["R2"], 1.962, delta=1e-5)
         self.assertEqual([t["trajectory"] for t in heavy["trajectories"]], ["cycloid", "bang-bang"])
 
+    def test_laws_leg_by_leg(self):
+        """The modular strategy gives half of the payload to each leg of a five-bar: by hand, half of P0 eq. 95 on both."""
+        spec = self.write("legs.yaml", """space: planar
+gravity: [0, -9.81]
+parameters: {a11: 0.3, a12: 0.45, a21: 0.32, a22: 0.42, base: 0.4, load: 0.5}
+ground: {points: {A1: [0, 0], A2: [base, 0]}}
+bodies:
+  crank1: {mass: 1.2, com: ["a11 / 2", 0], inertia: 0.01, points: {A: [0, 0], B: [a11, 0]}}
+  coupler1: {mass: 0.9, com: ["a12 / 2", 0], inertia: 0.016, points: {B: [0, 0], P: [a12, 0]}}
+  crank2: {mass: 1.3, com: ["a21 / 2", 0], inertia: 0.012, points: {A: [0, 0], B: [a21, 0]}}
+  coupler2: {mass: 0.8, com: ["a22 / 2", 0], inertia: 0.013, points: {B: [0, 0], P: [a22, 0]}}
+joints:
+  A1: {type: revolute, connects: [ground.A1, crank1.A]}
+  B1: {type: revolute, connects: [crank1.B, coupler1.B]}
+  A2: {type: revolute, connects: [ground.A2, crank2.A]}
+  B2: {type: revolute, connects: [crank2.B, coupler2.B]}
+  P: {type: revolute, connects: [coupler1.P, coupler2.P]}
+payloads: {cargo: {body: coupler1, at: P, mass: load}}
+counterweights:
+  cw11: {body: crank1, at: [{free: [-0.8, 0]}, 0], mass: 4}
+  cw12: {body: coupler1, at: [{free: [-0.8, 0]}, 0], mass: 2}
+  cw21: {body: crank2, at: [{free: [-0.8, 0]}, 0], mass: 4}
+  cw22: {body: coupler2, at: [{free: [-0.8, 0]}, 0], mass: 2}
+actuators: [A1, A2]
+tool: coupler1.P
+assembly: {A1: 2.3, B1: -1.5, A2: 0.8, B2: 1.4}
+loads: {wind: {body: coupler1, at: P, force: [0, 0]}}
+design: {goal: static, for: {load: [0, 0.5, 1]}, adapt: [cw11.at, cw12.at, cw21.at, cw22.at]}
+""")
+        told = self.design(spec, "--strategy", "modular")
+        self.assertEqual((told["status"], told["strategy"]), ("balanced", "modular"))
+        self.assertTrue(all(case["met"] for case in told["load_cases"]))
+        laws = {number["path"].split(".")[1]: {tuple(t["powers"].items()): t["coefficient"] for t in number["law"]["terms"]}
+                for number in told["adaptive"]["numbers"]}
+        a11, a12, a21, a22 = 0.3, 0.45, 0.32, 0.42
+        for name, constant, slope in (("cw12", -0.9 * a12 / 4, -a12 / 4), ("cw22", -0.8 * a22 / 4, -a22 / 4),
+                                      ("cw11", -(1.2 / 2 + 0.9 + 2) * a11 / 4, -a11 / 8),
+                                      ("cw21", -(1.3 / 2 + 0.8 + 2) * a21 / 4, -a21 / 8)):
+            self.assertAlmostEqual(laws[name][()], constant, delta=1e-12, msg=name)
+            self.assertAlmostEqual(laws[name][(("load", 1),)], slope, delta=1e-12, msg=name)
+        complete = self.design(spec)
+        self.assertTrue(all(case["met"] for case in complete["load_cases"]))
+        self.assertLess(len(complete["conditions"]), len(told["conditions"]))
+
     def test_the_text_says_the_law(self):
         done = run("design", SPEC)
         self.assert_quiet_success(done)

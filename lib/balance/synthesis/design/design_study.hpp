@@ -102,7 +102,7 @@ struct DesignReport {
 /// nominal load.
 /// @throws std::invalid_argument if there are no free numbers; without a goal, objective and limits; if the trajectory
 /// of the objective does not exist; for a front (compute_pareto_front) unless the options specify an objective; for
-/// load cases that change gravity or are combined with the goals proportional and affine or the modular strategy
+/// load cases that change gravity or are combined with the goals proportional and affine
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance::design

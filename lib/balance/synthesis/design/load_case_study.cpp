@@ -8,6 +8,7 @@
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/design/case_conditions.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/condition_dependence.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
@@ -371,7 +372,6 @@ void check_case_problem(const DesignSpace& space, const DesignProblem& problem) 
     if (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine)
       throw std::invalid_argument(fmt::format(
           "the goal {} does not support load cases: every load has its own centre of mass", goal_name(goal)));
-  if (problem.is_modular) throw std::invalid_argument("the modular strategy does not support load cases");
   const Vector3 gravity = space.start.mechanism.gravity;
   for (Eigen::Index k = 0; k < space.start.design.cases.size(); ++k)
     if (at_load(space, space.start.design.cases.values.row(k)).start.mechanism.gravity != gravity)
@@ -480,8 +480,9 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
  public:
   /// @param motions shared with other models; null: its own
   CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const study::DesignRequest& design,
-                  std::shared_ptr<MotionCache> motions)
+                  bool is_modular, std::shared_ptr<MotionCache> motions)
       : space_(std::move(space)),
+        is_modular_(is_modular),
         terms_(std::move(terms)),
         limits_(design.subject_to),
         across_(design.cases.aggregation),
@@ -514,6 +515,11 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
       all.push_back(label_elements(
           required_motions_[k].assembled_mechanism(instance_at(k, x), space_.cases[k].assembly_mode != nullptr), k));
     return disjoint_union(all);
+  }
+  Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                               const ConditionOptions& options) const override {
+    return is_modular_ ? derive_modular_case_conditions(mechanism, space_.cases.front().start.mechanism, goals, options)
+                       : balance::derive_conditions(mechanism, goals, options);
   }
   std::string invalidity_reason(const VectorX& x) const override {
     return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
@@ -555,6 +561,7 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   }
 
   CaseSpace space_;
+  bool is_modular_;
   std::vector<ObjectiveTerm> terms_;
   std::vector<study::FigureLimit> limits_, convex_limits_;
   study::CaseAggregation across_;
@@ -589,7 +596,7 @@ LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions&
       options_(options),
       case_model_(std::make_shared<CaseDesignModel>(
           make_case_space(space), options.minimize.empty() ? space.start.design.minimize : options.minimize,
-          space.start.design, options.motions)),
+          space.start.design, options.is_modular, options.motions)),
       conditions_problem_(strip_to_conditions(make_design_problem(space_, options_))),
       problem_(make_problem()) {}
 
