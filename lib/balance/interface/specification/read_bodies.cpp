@@ -72,6 +72,8 @@ void read_attachment(const SpecCursor& at, StudyBuilder& draft, model::Attachmen
   });
 }
 
+constexpr double parallel_tolerance = 1e-9;  ///< of the sine of the angle between two directions
+
 /// Keys of a disc, before they are assembled.
 struct DiscKeys {
   AttachedKeys carried;
@@ -161,8 +163,7 @@ void assemble_disc(const SpecCursor& at, const DiscKeys& keys, StudyBuilder& dra
     });
 }
 
-void read_disc(const SpecCursor& at, StudyBuilder& draft, model::DiscOf<Expression>& disc) {
-  DiscKeys keys;
+std::vector<Field> disc_fields(DiscKeys& keys, StudyBuilder& draft) {
   auto fields = attached_fields(keys.carried, draft);
   fields[0].read = [&](const SpecCursor& c) {
     keys.carried.body = read_body(c, draft);
@@ -173,8 +174,90 @@ void read_disc(const SpecCursor& at, StudyBuilder& draft, model::DiscOf<Expressi
                     [&](const SpecCursor& c) { keys.follows = read_followed(c, draft, dimension::angle); }});
   fields.push_back({"ratio", Presence::optional, [&](const SpecCursor& c) { keys.ratio = c; }});
   fields.push_back({"axis", Presence::optional, [&](const SpecCursor& c) { keys.axis = c; }});
-  read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", fields);
+  return fields;
+}
+
+void read_disc(const SpecCursor& at, StudyBuilder& draft, model::DiscOf<Expression>& disc) {
+  DiscKeys keys;
+  read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", disc_fields(keys, draft));
   if (at.is_map()) assemble_disc(at, keys, draft, disc);
+}
+
+// Eccentric discs: balance shafts.
+
+struct EccentricityKeys {
+  std::optional<SpecCursor> eccentricity, phase, zero;
+};
+
+/// The centre of mass in the axes of the turning disc, which at coordinate zero are those of its carrier.
+Vector3E read_eccentric_place(const EccentricityKeys& keys, const Vector3E& axis, StudyBuilder& draft) {
+  const Expression distance = read_number(*keys.eccentricity, draft, dimension::length);
+  const Expression phase = keys.phase ? read_number(*keys.phase, draft, dimension::angle) : Expression(0);
+  if (draft.planar()) {
+    if (keys.zero) keys.zero->fail({.expected = "no 'zero' in the plane, where phases count from the x axis"});
+    return {distance * cos(phase), distance * sin(phase), Expression(0)};
+  }
+  if (!keys.zero)
+    keys.eccentricity->fail(
+        {.kind = "missing key", .expected = "'zero' beside it in space: the direction of phase zero in the carrier"});
+  const Vector3E direction = read_direction(*keys.zero, draft);
+  const Vector3E across = axis.cross(direction);
+  const auto values = [](const Vector3E& v) { return Vector3(v[0].value(), v[1].value(), v[2].value()); };
+  if (values(axis).cross(values(direction)).norm() < parallel_tolerance)
+    keys.zero->fail({.expected = "a direction other than that of the disc's axis"});
+  const Vector3E normal = normalized(across), radial = normal.cross(axis);
+  return distance * (cos(phase) * radial + sin(phase) * normal);
+}
+
+void check_eccentric_name(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
+  const auto has_name = [&](const auto& item) { return item.name == name; };
+  const auto& mechanism = draft.mechanism();
+  if (std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), has_name) ||
+      std::any_of(mechanism.joints.begin(), mechanism.joints.end(), has_name) ||
+      std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), has_name))
+    at.fail({.expected = "an eccentric disc with a name of its own: its shaft has it, too",
+             .found = fmt::format("{}, which is also a body, a joint, a counterweight or a payload",
+                                  quote_for_message(name))});
+}
+
+/// An eccentric disc is a counterweight on a massless shaft, which is geared to what the disc follows.
+void read_eccentric_disc(const Member& member, StudyBuilder& draft) {
+  DiscKeys keys;
+  EccentricityKeys eccentric;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::vector<Field> fields = disc_fields(keys, draft);
+  fields[2].need = Presence::required;
+  fields[3].need = Presence::optional;
+  fields.push_back({"eccentricity", Presence::required, store_in(eccentric.eccentricity)});
+  fields.push_back({"phase", Presence::optional, store_in(eccentric.phase)});
+  fields.push_back({"zero", Presence::optional, store_in(eccentric.zero)});
+  const SpecCursor& at = member.value;
+  if (!read_fields(at, "a disc {body, at, follows, ratio, mass, eccentricity, phase, inertia}", fields))
+    throw CascadingError();
+  check_eccentric_name(member.key, member.name, draft);
+  model::DiscOf<Expression> disc;
+  assemble_disc(at, keys, draft, disc);
+
+  auto& mechanism = draft.mechanism();
+  model::AttachmentOf<Expression> mass;
+  mass.name = member.name;
+  mass.body = static_cast<int>(mechanism.bodies.size());
+  mass.mass = disc.mass, mass.inertia = disc.inertia;
+  mass.position = read_eccentric_place(eccentric, disc.axis, draft);
+  model::JointOf<Expression> shaft;
+  shaft.name = member.name;
+  shaft.first = disc.body, shaft.second = mass.body;
+  shaft.point_first = disc.position;
+  shaft.axis = disc.axis;
+  model::CouplingOf<Expression> gear;
+  gear.follower = static_cast<int>(mechanism.coordinates.size());
+  gear.leader = disc.follows, gear.ratio = disc.ratio;
+  mechanism.bodies.emplace_back().name = member.name;
+  draft.body_places.push_back(member.key.node().place);
+  mechanism.coordinates.push_back({member.name, static_cast<int>(mechanism.joints.size()), 0, CoordinateKind::angle});
+  mechanism.joints.push_back(std::move(shaft));
+  mechanism.couplings.push_back(std::move(gear));
+  mechanism.attachments.push_back(std::move(mass));
 }
 
 }  // namespace
@@ -192,6 +275,10 @@ void read_attachments(const SpecCursor& section, StudyBuilder& draft, Attachment
 void read_discs(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member :
        list_named_members(section, "a mapping of discs {body, at, follows, ratio, mass, inertia}")) {
+    if (member.value.has_entry("eccentricity")) {
+      draft.problems.collect([&] { read_eccentric_disc(member, draft); });
+      continue;
+    }
     model::DiscOf<Expression> disc;
     disc.name = member.name;
     draft.problems.collect([&] { read_disc(member.value, draft, disc); });
