@@ -114,7 +114,7 @@ Mechanism read_run_mechanism(const files::StoredRun& run) {
   const ReadOptions options{.set = run.overrides};
   Mechanism mechanism;
   if (run.free_values.size() == 0) {
-    mechanism = read_spec(run.spec_text, run.path, options).mechanism;
+    mechanism = mechanism_along(read_spec(run.spec_text, run.path, options), run.trajectory);
   } else {
     const DesignSpace space = read_design_space(run.spec_text, run.path, options);
     if (static_cast<std::size_t>(run.free_values.size()) != space.start.free_numbers.size())

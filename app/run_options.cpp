@@ -92,6 +92,9 @@ Vector3 parse_moment_reference(const std::string& text, SpaceKind space) {
   return about;
 }
 
+constexpr long max_order = 1000;
+constexpr double min_fluctuation = 1e-9, max_fluctuation = 1;
+
 std::vector<std::string> formulations() { return {"tree", "natural"}; }
 
 void change_timing(Trajectory& trajectory, const SimulateOptions& options) {
@@ -134,10 +137,19 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
                     ->capture_default_str(),
                 formulations());
   CLI::Option* split = parser.add_flag("--split", o.split, "also write the contributions to every torque");
+  CLI::Option* orders =
+      parser.add_option("--orders", o.orders, "orders of every quantity up to N, for a motion at constant speed")
+          ->type_name("N")
+          ->check(integer_range_validator(1, max_order));
+  parser.add_option("--fluctuation", o.fluctuation, "flywheel for this coefficient of fluctuation of the speed: 0.02")
+      ->type_name("CS")
+      ->needs(orders)
+      ->check(number_range_validator(min_fluctuation, max_fluctuation));
   add_state_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
   CLI::Option* at = parser.get_option("--at");
   for (const char* name : {"--samples", "--duration", "--formulation"}) at->excludes(parser.get_option(name));
   at->excludes(split);
+  at->excludes(orders);
 }
 
 void check_formulation(const SimulateOptions& options, const Study& study) {
@@ -191,6 +203,8 @@ files::SimulateCommand make_simulate_command(const SimulateOptions& options, con
           .about = options.about,
           .compress = options.compress,
           .poses = options.poses,
+          .orders = options.orders,
+          .fluctuation = options.fluctuation,
           .split = options.split,
           .formulation = options.formulation};
 }

@@ -22,8 +22,10 @@ struct SimulateOptions {
   std::string formulation = "tree";
   bool force = false;
   bool compress = false;
-  bool poses = false;  ///< also write the poses of the bodies
-  bool split = false;  ///< also write the contributions to each torque
+  bool poses = false;                 ///< also write the poses of the bodies
+  std::optional<int> orders;          ///< highest order of quantities at constant speed
+  std::optional<double> fluctuation;  ///< coefficient of the speed that a flywheel is wanted for
+  bool split = false;                 ///< also write the contributions to each torque
   bool quiet = false;
   StateOptions state;  ///< a single state instead of a run, unless its `at` is empty; uses the trajectory above
 };

@@ -53,7 +53,7 @@ std::vector<comparison::NamedRun> read_runs(const CompareOptions& options, bool&
     std::shared_ptr<const Mechanism> mechanism =
         options.requirements.empty()
             ? nullptr
-            : comparison::read_mechanism_of(run.result, run.spec_text, run.path, run.overrides);
+            : comparison::read_mechanism_of(run.result, run.trajectory, run.spec_text, run.path, run.overrides);
     runs.push_back(
         {"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result), std::move(mechanism)});
   }

@@ -46,7 +46,7 @@ ExitCode run(const ControlCommandOptions& options) {
   if (options.controller.empty() && !run_options.quiet)
     print_message("note: no --controller given: using '" + controller.name + "'");
   RunResult result = control_or_throw(study, trajectory, controller, options);
-  if (run_options.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  if (run_options.poses && result.time.size() > 0) add_body_poses(mechanism_along(study, trajectory.name), result);
   print_notes(run_options, result);
   const files::Provenance description = describe(options, study, trajectory, controller);
   // The part before a run stopped is worth keeping; the file records that the run ended early.

@@ -121,14 +121,15 @@ files::Provenance describe(const EquationsOptions& options, const Study& study) 
   return files::make_provenance(study, files::join_command(std::move(words)));
 }
 
-void write(const EquationsOptions& options, const Study& study, const formulas::EquationsAlongRun& along) {
+void write(const EquationsOptions& options, const Study& study, const Mechanism& mechanism,
+           const formulas::EquationsAlongRun& along) {
   if (along.outcome.status != MotionStatus::done) throw MotionFailure(along.outcome);
   files::WriteOptions write;
   write.existing = options.force ? files::OverwritePolicy::replace : files::OverwritePolicy::forbid;
   write.compression = options.compress ? files::Compression::gzip : files::Compression::none;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
-  reports::write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
+  reports::write_equations(options.output, along, actuator_names(mechanism), describe(options, study), write);
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
@@ -138,8 +139,9 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
   const RunResult run =
       call_or_throw_usage_error(options, study, [&] { return simulate(study.mechanism, trajectory); });
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
-  write(options, study, call_or_throw_usage_error(options, study, [&] {
-          return formulas::compute_equations_along(study.mechanism, run, options.independent);
+  const Mechanism mechanism = mechanism_along(study, trajectory.name);
+  write(options, study, mechanism, call_or_throw_usage_error(options, study, [&] {
+          return formulas::compute_equations_along(mechanism, run, options.independent);
         }));
   if (options.spec.json)
     print(files::format_json({{"mechanism", study.mechanism.name},
@@ -181,7 +183,7 @@ ExitCode run(const EquationsOptions& options) {
     print(equations_json(view, study.warnings));
   else if (options.latex)
     print_text(equations_latex(view));
-  if (!options.output.empty()) write(options, study, as_one_sample(view.at));
+  if (!options.output.empty()) write(options, study, study.mechanism, as_one_sample(view.at));
   if (!options.spec.json && !options.latex) print_text(equations_text(view, choose_text_options(options.spec, study)));
   return ExitCode::done;
 }

@@ -165,7 +165,7 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.command = command_line(options);
   page.spec_file = std::filesystem::path(study.spec_file).filename().string();
   page.spec_text = study.spec_text;
-  page.before = study.mechanism;
+  page.before = mechanism_with_slides(study);
   page.answers = std::make_shared<reports::ReportedAnswers>();
   page.answers->check = reports::check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
@@ -182,7 +182,7 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
 /// The page of a run stored in a result file, together with its spec.
 HtmlReport file_page(const ReportOptions& options, const files::StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
-  check_run_matches_mechanism(run, study.mechanism);
+  check_run_matches_mechanism(run, mechanism_along(study, run.trajectory));
   HtmlReport page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;
@@ -227,8 +227,8 @@ void add_design(const ReportOptions& options, const DesignSpace& space, HtmlRepo
   reports::DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
                                                             : only_design(study_options, space);
   view.conditions = convert_coefficients(std::move(view.conditions), page.units);
-  page.before = view.report.study_before.mechanism;
-  page.after = view.report.study_after.mechanism;
+  page.before = mechanism_with_slides(view.report.study_before);
+  page.after = mechanism_with_slides(view.report.study_after);
   page.answers->design = reports::design_json(view, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;

@@ -6,6 +6,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/mechanics/dynamics/effort_breakdown.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/motion/simulation/feasible_assembly_modes.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/verification/simulate_natural.hpp"
@@ -34,11 +35,20 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
 
 void add_parts(const Study& study, const Trajectory& trajectory, RunResult& result) {
   try {
-    const MotionOutcome outcome = dynamics::add_effort_breakdown(study.mechanism, result);
+    const MotionOutcome outcome = dynamics::add_effort_breakdown(mechanism_along(study, trajectory.name), result);
     if (outcome.status != MotionStatus::done) throw MotionFailure(outcome);
   } catch (const std::invalid_argument& error) {
     throw SpecError(
         {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+  }
+}
+
+void add_orders(const SimulateOptions& options, RunResult& result) {
+  try {
+    result.orders = std::make_shared<const results::OrderAnalysis>(
+        results::analyse_orders(result, *options.orders, options.fluctuation));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--orders: ") + error.what());
   }
 }
 
@@ -73,8 +83,9 @@ ExitCode run(const SimulateOptions& options) {
   check_outputs(options, study);
   print_run_header(options, study, trajectory);
   RunResult result = simulate_or_throw(study, trajectory, options);
-  if (options.poses) add_body_poses(study.mechanism, result);
+  if (options.poses) add_body_poses(mechanism_along(study, trajectory.name), result);
   if (options.split) add_parts(study, trajectory, result);
+  if (options.orders) add_orders(options, result);
   print_notes(options, result);
   const files::Provenance description = describe(options, study, trajectory);
   print_result(options, study, result, description, write_files(options, result, description));

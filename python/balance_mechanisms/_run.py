@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple
 
@@ -40,6 +41,20 @@ class PayloadChange(NamedTuple):
     turning: float
     torque_before: numpy.ndarray
     torque_after: numpy.ndarray
+
+
+class AdaptationMove(NamedTuple):
+    """A counterweight that its motor moved along its body, `start` to `end` [s], `from_` one distance from its place in the spec `to`
+    another [m]. Work of the motor and energy that it moved back and forth [J]; peak effort of every actuator meanwhile [N m or N]."""
+
+    counterweight: str
+    start: float
+    end: float
+    from_: float
+    to: float
+    work: float
+    energy: float
+    peak_torque: numpy.ndarray
 
 
 class Quantity(NamedTuple):
@@ -190,6 +205,20 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
     def payload_changes(self) -> List[PayloadChange]:
         """Payloads taken up and set down during the run; empty for a run read from a file."""
         return [PayloadChange(*one) for one in self._native.payload_changes]
+
+    @property
+    def adaptation_moves(self) -> List[AdaptationMove]:
+        """Moves of counterweights (`adapt` in the spec) during the run; empty for a run read from a file."""
+        return [AdaptationMove(*one) for one in self._native.adaptation_moves]
+
+    def orders(self, highest: int, fluctuation: float | None = None) -> Dict[str, Any]:
+        """Orders of every quantity up to `highest`, for a run in which a joint makes whole turns at constant speed: what `balance simulate
+        --orders N --json` prints as `orders`, with a list `rows`.
+
+        :param fluctuation: coefficient of fluctuation of the speed for which a flywheel is wanted
+        :raises ValueError: if no joint does, or the motion does not repeat, or there are too few samples
+        """
+        return json.loads(self._native.orders_json(highest, fluctuation))
 
     @property
     def energy(self) -> float:

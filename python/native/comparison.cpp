@@ -44,9 +44,10 @@ py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std
     std::vector<comparison::NamedRun> runs;
     for (const auto& [name, run] : given) {
       const files::Provenance& d = run->description;
-      runs.push_back(
-          {escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result,
-           require.empty() ? nullptr : comparison::read_mechanism_of(run->result, d.spec_text, name, d.overrides)});
+      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result,
+                      require.empty()
+                          ? nullptr
+                          : comparison::read_mechanism_of(run->result, d.trajectory, d.spec_text, name, d.overrides)});
     }
     return Compared{compare_runs(runs), judge(require, runs)};
   });

@@ -4,6 +4,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/json.hpp"
+#include "balance/interface/files/order_summary.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/result_summary.hpp"
 #include "balance/interface/specification/include_expansion.hpp"
@@ -118,6 +119,14 @@ py::list payload_changes_of(const Run& run) {
   return all;
 }
 
+py::list adaptation_moves_of(const Run& run) {
+  py::list all;
+  for (const results::AdaptationMove& one : run.result.adaptation_moves)
+    all.append(py::make_tuple(one.counterweight, one.start, one.end, one.from, one.to, one.work, one.energy,
+                              copied(one.peak_effort)));
+  return all;
+}
+
 py::dict description_of(const Run& run) {
   const files::Provenance& d = run.description;
   py::dict all;
@@ -174,6 +183,11 @@ void bind_run(py::module_& m) {
       .def_property_readonly("labels", &labels_of_all)
       .def_property_readonly("metrics", &metrics_of)
       .def_property_readonly("payload_changes", &payload_changes_of)
+      .def_property_readonly("adaptation_moves", &adaptation_moves_of)
+      .def("orders_json",
+           [](const Run& run, int highest, std::optional<double> fluctuation) {
+             return files::format_json(files::orders_json(results::analyse_orders(run.result, highest, fluctuation)));
+           })
       .def_property_readonly("description", &description_of)
       .def("values", &values_of, py::arg("name"))
       .def(

@@ -5,6 +5,7 @@
 #include "balance/interface/files/provenance.hpp"
 #include "balance/mechanics/dynamics/single_state.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
@@ -88,7 +89,8 @@ std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajec
                                                : simulate(mechanism, trajectory, report);
         if (!controller && result.outcome.status != MotionStatus::done)
           result.outcome.reason += simulation::describe_feasible_modes(mechanism, trajectory, result.outcome);
-        if (request.poses && result.time.size() > 0) add_body_poses(mechanism, result);
+        if (request.poses && result.time.size() > 0)
+          add_body_poses(trajectory::model_adaptations(mechanism, trajectory).mechanism, result);
         return result;
       },
       progress);

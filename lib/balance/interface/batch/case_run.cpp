@@ -54,6 +54,7 @@ struct CaseSubject {
   std::string objective_unit;
   std::optional<Trajectory> trajectory;
   std::optional<RunResult> run;
+  std::optional<Mechanism> moving_mechanism;  ///< of the run, if it is not the study's
   std::optional<formulas::EquationsAtConfiguration> equations;
   std::optional<comparison::ConditionsFigures> conditions;
   std::vector<results::FigurePoint> points;
@@ -65,7 +66,9 @@ struct CaseSubject {
 
   comparison::FigureSubject view() const {
     return {.run = run ? &*run : nullptr,
-            .mechanism = study ? &study->mechanism : nullptr,
+            .mechanism = moving_mechanism ? &*moving_mechanism
+                         : study          ? &study->mechanism
+                                          : nullptr,
             .points = points,
             .design = design ? &*design : nullptr,
             .objective_unit = objective_unit,
@@ -147,6 +150,8 @@ class CaseRun {
       record_.samples = subject.trajectory->samples;
     }
     subject.run = run_or_throw(study, *subject.trajectory);
+    if (!subject.trajectory->adaptations.empty())
+      subject.moving_mechanism = mechanism_along(study, subject.trajectory->name);
     if (!is_final_) return;
     const std::vector<std::string>& notes = subject.run->outcome.notes;
     record_.notes.insert(record_.notes.end(), notes.begin(), notes.end());

@@ -31,7 +31,7 @@ struct EvaluatedFigure {
 };
 
 /// What a figure's parentheses hold, before the name of a run.
-enum class FigureArguments { none, quantity, quantity_and_moment, moment, path };
+enum class FigureArguments { none, quantity, order_and_quantity, quantity_and_moment, moment, path };
 
 /// A line of the table of figures.
 struct FigureFunction {
@@ -63,6 +63,7 @@ struct FigureMoment {
 struct FigureReference {
   const FigureFunction* function = nullptr;
   std::string quantity;  ///< with component: "joint_force[B].x"; of `number`, the path; empty: none
+  double order = 0;      ///< of order(2, …)
   FigureMoment moment;
   JumpSide side = JumpSide::any;
   std::string run;         ///< name of the run; empty: the run that the requirement is judged for

@@ -5,6 +5,7 @@
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
@@ -106,6 +107,23 @@ EvaluatedFigure read_time(FigureEvaluator& evaluator, const FigureReference& ref
   return time ? make_value(*time, "s") : figure;
 }
 
+EvaluatedFigure read_order(FigureEvaluator& evaluator, const FigureReference& reference) {
+  EvaluatedFigure figure;
+  const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
+  if (found == nullptr) return figure;
+  const RunResult* run = evaluator.subject().run;
+  const std::optional<results::MetricSeries> series =
+      run == nullptr ? std::nullopt : results::find_series(*run, reference.quantity);
+  if (!series)
+    return make_mistake(fmt::format("order(…) is of what runs record, not of {}", reference.quantity),
+                        reference.quantity);
+  try {
+    return make_value(results::compute_order_peak(*run, *series, reference.order), found->unit);
+  } catch (const std::invalid_argument& error) {
+    return make_reason(error.what());
+  }
+}
+
 EvaluatedFigure read_energy(FigureEvaluator& evaluator, const FigureReference&) {
   const RunResult* run = evaluator.subject().run;
   if (run == nullptr || run->time.size() < 2) return make_mistake("energy() needs a run with a motion");
@@ -204,13 +222,14 @@ constexpr auto quantity_argument = FigureArguments::quantity;
 constexpr auto no_argument = FigureArguments::none;
 
 // clang-format off
-const std::array<FigureFunction, 21> figure_table{{
+const std::array<FigureFunction, 22> figure_table{{
     {"peak", quantity_argument, "", Statistic::peak, read_statistic},
     {"rms", quantity_argument, "", Statistic::rms, read_statistic},
     {"mean", quantity_argument, "", Statistic::mean, read_statistic},
     {"range", quantity_argument, "", Statistic::range, read_statistic},
     {"minimum", quantity_argument, "", {}, read_extreme<false>},
     {"maximum", quantity_argument, "", {}, read_extreme<true>},
+    {"order", FigureArguments::order_and_quantity, "", {}, read_order},
     {"energy", no_argument, "J", {}, read_energy},
     {"value", FigureArguments::quantity_and_moment, "", {}, read_value},
     {"time", FigureArguments::moment, "s", {}, read_time},
@@ -371,15 +390,17 @@ bool is_mechanism_of(const RunResult& run, const Mechanism& mechanism) {
 
 }  // namespace
 
-std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const std::string& spec_text,
-                                                   const std::string& file_name,
+std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const std::string& trajectory,
+                                                   const std::string& spec_text, const std::string& file_name,
                                                    const std::vector<std::pair<std::string, std::string>>& overrides) {
   try {
-    auto mechanism =
-        std::make_shared<const Mechanism>(read_spec(spec_text, file_name, ReadOptions{.set = overrides}).mechanism);
+    auto mechanism = std::make_shared<const Mechanism>(
+        mechanism_along(read_spec(spec_text, file_name, ReadOptions{.set = overrides}), trajectory));
     return is_mechanism_of(run, *mechanism) ? mechanism : nullptr;
   } catch (const SpecError&) {
     return nullptr;  // a spec of another version
+  } catch (const std::invalid_argument&) {
+    return nullptr;  // moves of counterweights that the run's duration allowed
   } catch (const SystemError&) {
     return nullptr;  // its parts are gone
   }

@@ -79,9 +79,10 @@ class FigureEvaluator {
 void evaluate_figures(const std::vector<FigureReference>& figures, FigureEvaluator& evaluator, MetricTable& table);
 
 /// The mechanism of a stored run, for figures of its bodies, from the spec that the run is stored with.
+/// @param trajectory name of the run's
 /// @return null if the spec cannot be read, or if it is not the run's: a design stores the spec before it
-std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const std::string& spec_text,
-                                                   const std::string& file_name,
+std::shared_ptr<const Mechanism> read_mechanism_of(const RunResult& run, const std::string& trajectory,
+                                                   const std::string& spec_text, const std::string& file_name,
                                                    const std::vector<std::pair<std::string, std::string>>& overrides);
 
 /// Whether a table answers a figure by itself: energy and statistics of RunResult::metrics.

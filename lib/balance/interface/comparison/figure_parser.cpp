@@ -29,7 +29,8 @@ std::string FigureMoment::text() const {
 }
 
 std::string FigureReference::text() const {
-  std::string arguments = quantity;
+  std::string arguments =
+      function->arguments == FigureArguments::order_and_quantity ? fmt::format("{:g}, {}", order, quantity) : quantity;
   const auto append = [&](const std::string& argument) {
     if (!argument.empty()) arguments += (arguments.empty() ? "" : ", ") + argument;
   };
@@ -338,6 +339,20 @@ FigureReference FigureScanner::read_call(const FigureFunction& function, std::si
       figure.quantity = read_quantity(function.name);
       read_last_run();
       break;
+    case FigureArguments::order_and_quantity: {
+      const Argument order = take_argument();
+      figure.order = read_constant(order.text, order.begin, "an order, such as 2 or 1/2,");
+      skip_space();
+      if (!(figure.order > 0) || !starts_with(","))
+        fail(order.begin, fmt::format("expected an order and a quantity, such as order(2, shaking_force), found {}",
+                                      quote_for_message(order.text)));
+      ++position_;
+      skip_space();
+      figure.column = position_ + 1;
+      figure.quantity = read_quantity(function.name);
+      read_last_run();
+      break;
+    }
     case FigureArguments::quantity_and_moment:
       figure.column = position_ + 1;
       figure.quantity = read_quantity(function.name);

@@ -38,6 +38,8 @@ std::string format_simulate_command(const Study& study, const SimulateCommand& c
   if (command.formulation != "tree") words.insert(words.end(), {"--formulation", command.formulation});
   if (command.compress) words.push_back("--compress");
   if (command.poses) words.push_back("--poses");
+  if (command.orders) words.insert(words.end(), {"--orders", std::to_string(*command.orders)});
+  if (command.fluctuation) words.insert(words.end(), {"--fluctuation", fmt::format("{}", *command.fluctuation)});
   if (command.split) words.push_back("--split");
   return join_command(std::move(words));
 }

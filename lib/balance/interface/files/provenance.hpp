@@ -26,6 +26,8 @@ struct SimulateCommand {
   std::string about;               ///< "x,y" or "x,y,z"; empty: as in the spec
   bool compress = false;
   bool poses = false;
+  std::optional<int> orders;
+  std::optional<double> fluctuation;
   bool split = false;
   std::string formulation = "tree";  ///< or "natural"
   std::string controller = {};       ///< empty: none

@@ -57,7 +57,7 @@ std::string format_value(const Json& value, const std::string& format, const Dis
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_integer()) return value.dump();
   const double number = unit.convert(value.get<double>());
-  return format.empty() ? format_figure(number) : fmt::format(fmt::runtime(format), number);
+  return format.empty() || std::isnan(number) ? format_figure(number) : fmt::format(fmt::runtime(format), number);
 }
 
 void add_text_column(TextTable& table, const std::string& heading, Align align, std::vector<std::string> cells) {

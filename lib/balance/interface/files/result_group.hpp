@@ -25,6 +25,18 @@ Json payload_events_json(const RunResult& result);
 /// Writes the group `payload_changes`, unless it would be empty.
 void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result);
 
+// Counterweights that moved with the payload during a run.
+
+/// "cw1 moved from 0 to 75 mm, 1 to 1.3 s: force up to 35 N, work 4.2 J, 5 J back and forth, …", one line each, and the
+/// time and energy of all; empty if there are none.
+std::string format_adaptation(const RunResult& result, const specification::SpecUnits& units = {});
+
+/// {start, end, work, energy, moves: [{counterweight, start, end, from, to, work, energy, torque: [{actuator, unit, peak}]}]}.
+Json adaptation_json(const RunResult& result);
+
+/// Writes the group `adaptation`, unless it would be empty.
+void write_adaptation(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result);
+
 /// Writes attributes of the root with the provenance of the file, then what `write` adds: the complete file or none.
 /// @throws SystemError, Cancelled
 void write_hdf5_file(const std::string& path, const Provenance& description, const WriteOptions& options,

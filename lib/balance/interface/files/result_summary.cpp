@@ -2,6 +2,7 @@
 
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/interface/files/order_summary.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/text_table.hpp"
@@ -137,6 +138,8 @@ std::string format_result_json(const RunResult& result, const Provenance& descri
   if (result.corridor_result) json["found_corridor"] = corridor_result_json(*result.corridor_result);
   if (result.optimised_law) json["found_law"] = optimised_law_json(*result.optimised_law);
   if (!result.payload_events.empty()) json["payload_changes"] = payload_events_json(result);
+  if (!result.adaptation_moves.empty()) json["adaptation"] = adaptation_json(result);
+  if (result.orders) json["orders"] = orders_json(*result.orders);
   json["about"] = vector_json(result.moment_reference, result.axes);
   json["metrics"] = metrics_json(result.metrics);
   json["energy"] = result.energy;
@@ -259,6 +262,90 @@ void write_payload_events(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent
              results::common_unit(result.actuator_units), actuator);
 }
 
+namespace {
+
+using Move = results::AdaptationMove;
+
+/// All moves together.
+struct WholeAdaptation {
+  double start = INFINITY, end = -INFINITY, work = 0, energy = 0;
+
+  explicit WholeAdaptation(const std::vector<Move>& moves) {
+    for (const Move& move : moves) {
+      start = std::min(start, move.start), end = std::max(end, move.end);
+      work += move.work, energy += move.energy;
+    }
+  }
+};
+
+ReportFields<Move> adaptation_fields(const RunResult& result) {
+  const auto torques = [&result](const Move& move) {
+    Json list = Json::array();
+    for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
+      list.push_back({{"actuator", result.actuator_names[a]},
+                      {"unit", result.actuator_units[a]},
+                      {"peak", move.peak_effort[static_cast<Eigen::Index>(a)]}});
+    return list;
+  };
+  return {{[](const Move& move) { return fmt::format("{} at {:.6g} s", move.counterweight, move.start); },
+           Hdf5Dataset{"counterweight and start of its move", "move"}},
+          {&Move::counterweight, JsonKey{"counterweight"}, Hdf5Dataset{"counterweight that moved"}},
+          {&Move::start, JsonKey{"start"}, Hdf5Dataset{"start of the move", "start"}, SiUnit{"s"}},
+          {&Move::end, JsonKey{"end"}, Hdf5Dataset{"end of the move", "end"}, SiUnit{"s"}},
+          {&Move::from, JsonKey{"from"}, SiUnit{"m"},
+           Hdf5Dataset{"distance from its place in the mechanism at the start", "from"}},
+          {&Move::to, JsonKey{"to"}, SiUnit{"m"}, Hdf5Dataset{"distance from that place at the end", "to"}},
+          {&Move::work, JsonKey{"work"}, Hdf5Dataset{"work of its actuator", "work"}, SiUnit{"J"}},
+          {&Move::energy, JsonKey{"energy"}, SiUnit{"J"},
+           Hdf5Dataset{"energy moved by its actuator, back and forth", "energy"}},
+          {torques, JsonKey{"torque"}},
+          {[](const Move& move) { return numbers_json(move.peak_effort); },
+           Hdf5Dataset{"largest torque or force of every actuator during the move", "peak_torque"}}};
+}
+
+}  // namespace
+
+std::string format_adaptation(const RunResult& result, const specification::SpecUnits& units) {
+  const DisplayUnit time = find_display_unit("s", units), length = find_display_unit("m", units),
+                    energy = find_display_unit("J", units);
+  std::string text;
+  for (const Move& move : result.adaptation_moves) {
+    text +=
+        fmt::format("{} moved from {:.6g} to {:.6g} {}, {:.6g} to {:.6g} {}: work {}, energy {} {}", move.counterweight,
+                    length.convert(move.from), length.convert(move.to), length.name, time.convert(move.start),
+                    time.convert(move.end), time.name, format_number(energy.convert(move.work)),
+                    format_number(energy.convert(move.energy)), energy.name);
+    for (std::size_t a = 0; a < result.actuator_names.size(); ++a) {
+      const DisplayUnit unit = find_display_unit(result.actuator_units[a], units);
+      text += fmt::format("{} {} {} {}", a == 0 ? "; peak" : ",", result.actuator_names[a],
+                          effort_text(result, move.peak_effort, a, unit), unit.name);
+    }
+    text += "\n";
+  }
+  const WholeAdaptation whole(result.adaptation_moves);
+  return text + fmt::format("adaptation: {:.6g} {}, work {}, energy {} {}\n", time.convert(whole.end - whole.start),
+                            time.name, format_number(energy.convert(whole.work)),
+                            format_number(energy.convert(whole.energy)), energy.name);
+}
+
+Json adaptation_json(const RunResult& result) {
+  const WholeAdaptation whole(result.adaptation_moves);
+  return {{"start", whole.start},
+          {"end", whole.end},
+          {"work", whole.work},
+          {"energy", whole.energy},
+          {"moves", rows_json(result.adaptation_moves, adaptation_fields(result))}};
+}
+
+void write_adaptation(hdf5::Hdf5Writer& file, hdf5::Hdf5Writer::Group parent, const RunResult& result) {
+  if (result.adaptation_moves.empty()) return;
+  const hdf5::Hdf5Writer::Group group = file.add_group(parent, "adaptation");
+  const auto actuator =
+      file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
+  write_rows(file, group, result.adaptation_moves, adaptation_fields(result),
+             results::common_unit(result.actuator_units), std::optional(actuator));
+}
+
 const ReportFields<Metric>& metric_fields() {
   static const ReportFields<Metric> fields{
       {&Metric::quantity, JsonKey{"quantity"}, TextColumn{}, Hdf5Dataset{"quantity"}},
@@ -312,9 +399,11 @@ std::string format_result_summary(const RunResult& result, const Provenance& des
   if (result.corridor_result) text += format_corridor_result(*result.corridor_result, options.units) + "\n";
   if (result.optimised_law) text += format_optimised_law(*result.optimised_law, options) + "\n";
   if (!result.payload_events.empty()) text += format_payload_events(result, options.units) + "\n";
+  if (!result.adaptation_moves.empty()) text += format_adaptation(result, options.units) + "\n";
   return wrap_lines(text, options.width) + metrics_table(result, options) +
          fmt::format("\nenergy moved by the actuators: {} {}\n", format_number(energy.convert(result.energy)),
-                     energy.name);
+                     energy.name) +
+         (result.orders ? "\n" + format_orders(*result.orders, options) : "");
 }
 
 }  // namespace balance::files

@@ -1,6 +1,7 @@
 #include "balance/foundation/hdf5/hdf5_writer.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/interface/files/order_summary.hpp"
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/files/sha256.hpp"
@@ -262,6 +263,8 @@ void write_result_variables(Hdf5Writer& file, Hdf5Writer::Group group, const Run
   add_metrics(file, group, r);
   write_law_group(file, group, r);
   write_payload_events(file, group, r);
+  write_adaptation(file, group, r);
+  if (r.orders) write_orders(file, group, *r.orders);
 }
 
 void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& deviation,

@@ -300,9 +300,26 @@ namespace {
 /// Arrays of a result file that the page does not need.
 constexpr std::array omitted_quantities = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
 
+/// The positions of a run that moves no counterweights, or not all of those that have a slide in the mechanism.
+RunResult with_slides_at_rest(const Mechanism& mechanism, const RunResult& run) {
+  RunResult result;
+  result.time = run.time;
+  result.joint_position.setZero(run.joint_position.rows(), static_cast<Eigen::Index>(mechanism.coordinates.size()));
+  for (const Coordinate& coordinate : mechanism.coordinates) {
+    const auto name = std::find(run.coordinate_names.begin(), run.coordinate_names.end(), coordinate.name);
+    if (name != run.coordinate_names.end())
+      result.joint_position.col(static_cast<Eigen::Index>(result.coordinate_names.size())) =
+          run.joint_position.col(name - run.coordinate_names.begin());
+    result.coordinate_names.push_back(coordinate.name);
+  }
+  return result;
+}
+
 /// Planar poses are x, y, angle; spatial poses x, y, z and a quaternion.
 Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
-  const results::BodyPoses poses = body_poses(mechanism, result);
+  const bool lacks_slides = result.coordinate_names.size() < mechanism.coordinates.size();
+  const results::BodyPoses poses =
+      body_poses(mechanism, lacks_slides ? with_slides_at_rest(mechanism, result) : result);
   const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
   const bool planar = mechanism.space == SpaceKind::planar;
   const Eigen::Index width = planar ? 3 : 7;

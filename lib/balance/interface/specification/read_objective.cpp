@@ -193,6 +193,17 @@ std::string read_quantity(const SpecCursor& at, const Study& study) {
            .hint = format_nearest_name(text, all)});
 }
 
+namespace {
+
+void require_fixed_counterweights(const SpecCursor& at, const Trajectory& trajectory) {
+  if (!trajectory.adaptations.empty())
+    at.fail(
+        {.expected = "a trajectory without 'adapt': figures of a design are those of counterweights at their places",
+         .found = quote_for_message(trajectory.name)});
+}
+
+}  // namespace
+
 std::string read_trajectory_name(const SpecCursor& at, const Study& study) {
   std::vector<std::string> names;
   for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
@@ -200,7 +211,9 @@ std::string read_trajectory_name(const SpecCursor& at, const Study& study) {
   if (!is_known && can_lack_trajectories(at)) throw CascadingError();
   if (names.empty())
     at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.describe_found())});
-  return names[at.read_choice("a trajectory", names)];
+  const std::size_t chosen = at.read_choice("a trajectory", names);
+  require_fixed_counterweights(at, study.trajectories[chosen]);
+  return names[chosen];
 }
 
 std::string default_trajectory_name(const SpecCursor& at, const Study& study) {
@@ -209,6 +222,7 @@ std::string default_trajectory_name(const SpecCursor& at, const Study& study) {
   if (is_mechanism_dependent(study.trajectories.front()))
     at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
              .found = "none, and the spec's first one depends on the mechanism"});
+  require_fixed_counterweights(at, study.trajectories.front());
   return study.trajectories.front().name;
 }
 

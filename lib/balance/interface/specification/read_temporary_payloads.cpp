@@ -45,7 +45,9 @@ bool has_dependence(const expression::ExpressionGraph& graph, const Expression& 
   return false;
 }
 
-double read_switch_time(const SpecCursor& at, StudyBuilder& draft) {
+}  // namespace
+
+double read_fixed_time(const SpecCursor& at, StudyBuilder& draft) {
   const std::string what = "a time of the trajectory, a number or an expression";
   if (!at.is_scalar()) at.fail_expected(what);
   const Expression time = draft.parameters.evaluate(at) * draft.units.factor(dimension::time);
@@ -54,8 +56,6 @@ double read_switch_time(const SpecCursor& at, StudyBuilder& draft) {
              .found = quote_for_message(at.node().text)});
   return time.value();
 }
-
-}  // namespace
 
 bool is_variable_number(const Expression& number, const StudyBuilder& draft) {
   return has_dependence(draft.recording->graph, number, variable_inputs(draft));
@@ -80,11 +80,11 @@ std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, Pr
 void read_presence(const PresenceKeys& keys, StudyBuilder& draft, model::AttachmentOf<Expression>& attachment) {
   if (!keys.given()) return;
   const bool read = draft.problems.collect([&] {
-    if (keys.from) attachment.from = read_switch_time(*keys.from, draft);
+    if (keys.from) attachment.from = read_fixed_time(*keys.from, draft);
   });
   draft.problems.collect([&] {
     if (!keys.until) return;
-    attachment.until = read_switch_time(*keys.until, draft);
+    attachment.until = read_fixed_time(*keys.until, draft);
     if (read && !(attachment.from < attachment.until))
       keys.until->fail({.expected = keys.from ? "a time later than 'from'" : "a time",
                         .found = fmt::format("{:.6g} s", attachment.until)});

@@ -7,6 +7,9 @@
 
 namespace balance::specification {
 
+/// A time of a trajectory [s]: a number, or an expression that no free number, load case or tolerance changes.
+double read_fixed_time(const SpecCursor& at, StudyBuilder& draft);
+
 /// Keys of a payload for when it is present.
 struct PresenceKeys {
   std::optional<SpecCursor> from, until;

@@ -1,4 +1,6 @@
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_adaptations.hpp"
+#include "balance/interface/specification/read_law.hpp"
 #include "balance/interface/specification/read_path.hpp"
 #include "balance/interface/specification/read_pose.hpp"
 #include "balance/interface/specification/read_secondary_tasks.hpp"
@@ -17,13 +19,6 @@
 #include <vector>
 
 namespace balance::specification {
-
-// How a trajectory runs along its path.
-
-/// Reads a law's name.
-MotionLawKind read_law(const SpecCursor& at);
-/// The ramps of a trapezoidal velocity: one number for both, or two. Fails for any other law.
-void read_ramps(const SpecCursor& at, StudyBuilder& draft, trajectory::MotionLawOf<Expression>& law);
 
 // Limits of a motion, and keys of optimised laws only: the quantity with minimum peak, speeds at both ends.
 
@@ -252,7 +247,7 @@ std::vector<trajectory::Component> read_components(const SpecCursor& at, const S
 
 /// Keys that only a trajectory has, before they are assembled.
 struct TrajectoryKeys {
-  std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns;
+  std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns, speed, adapt;
   OptimisedLawKeys optimised_law;
 };
 
@@ -285,6 +280,37 @@ struct TrajectoryAssembly {
   }
 };
 
+/// Constant rates of joints, for a number of turns of the first one. Joints without a rate stay where they start.
+void read_constant_speed(const TrajectoryAssembly& assembly) {
+  auto& trajectory = assembly.trajectory;
+  const SpecCursor& at = *assembly.keys.speed;
+  if (trajectory.drive != DriveKind::joints || assembly.keys.path)
+    at.fail({.expected = "'speed' only with 'drive: joints' and without 'path'"});
+  const auto speeds = list_members(at, "a mapping of joint coordinates to speeds");
+  if (speeds.empty()) at.fail_expected("at least one speed");
+  const double turn = 2 * std::numbers::pi;
+  const Expression turns =
+      assembly.keys.turns ? read_number(*assembly.keys.turns, assembly.draft, dimension::dimensionless) : Expression(1);
+  if (!(turns.value() > 0))
+    assembly.keys.turns->fail({.expected = "a positive number of turns", .found = fmt::format("{}", turns.value())});
+  trajectory.to = trajectory.from;
+  for (const Member& member : speeds) {
+    const CoordinateId coordinate = find_coordinate(member.key, member.name, assembly.draft);
+    const auto start = std::find_if(trajectory.to.joints.begin(), trajectory.to.joints.end(),
+                                    [&](const auto& joint) { return joint.coordinate == coordinate; });
+    if (assembly.draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind != CoordinateKind::angle)
+      member.key.fail({.expected = "a joint that turns: a slide cannot go on at constant speed",
+                       .found = quote_for_message(member.name)});
+    if (start == trajectory.to.joints.end())
+      member.key.fail({.expected = "a joint of the start pose (from)", .found = quote_for_message(member.name)});
+    const Expression speed = read_number(member.value, assembly.draft, dimension::angle / dimension::time);
+    if (speed.value() == 0)
+      member.value.fail({.expected = "a speed other than zero: a joint without a speed stays where it starts"});
+    if (&member == &speeds.front()) trajectory.duration = turns * turn / (speed.value() < 0 ? -speed : speed);
+    start->value = start->value + speed * trajectory.duration;
+  }
+}
+
 /// Turns of the one joint that is driven, whole or not, from its start.
 void read_turns(const TrajectoryAssembly& assembly) {
   auto& trajectory = assembly.trajectory;
@@ -306,7 +332,8 @@ void read_poses(const TrajectoryAssembly& assembly) {
   const MotionDefaults &timing = assembly.timing, &defaults = assembly.defaults;
   TrajectoryOf<Expression>& trajectory = assembly.trajectory;
   const SpecCursor* path = assembly.path();
-  const bool is_end_implied = assembly.keys.turns || !has_end_pose(path);  // which determines its end
+  const bool is_end_implied =
+      assembly.keys.turns || assembly.keys.speed || !has_end_pose(path);  // which determines its end
   if (assembly.is_unread("from", timing.from_at.has_value(), defaults.from_at.has_value())) throw CascadingError();
   if (assembly.is_unread("to", timing.to_at.has_value(), defaults.to_at.has_value()) && !is_end_implied)
     throw CascadingError();
@@ -321,6 +348,7 @@ void read_poses(const TrajectoryAssembly& assembly) {
   const bool is_from_derived = overrides_pose(trajectory.from, trajectory.drive);
   if (!is_from_derived || path != nullptr)
     check_pose(place_of(timing.from_at, defaults.from_at, assembly.at), trajectory.from, requirements, assembly.draft);
+  if (assembly.keys.speed) return read_constant_speed(assembly);
   if (assembly.keys.turns) return read_turns(assembly);
   if (is_end_implied) {
     trajectory.to = trajectory.from;
@@ -344,8 +372,14 @@ void read_drive(const TrajectoryAssembly& assembly) {
 }
 
 void read_trajectory_law(const TrajectoryAssembly& assembly) {
-  if (assembly.keys.law)
+  if (assembly.keys.speed) assembly.trajectory.law.kind = MotionLawKind::uniform;
+  if (assembly.keys.law) {
     assembly.trajectory.law.kind = read_law(*assembly.keys.law);
+    if (assembly.keys.speed && assembly.trajectory.law.kind != MotionLawKind::uniform)
+      assembly.keys.law->fail({.expected = "'uniform' or no law with 'speed', which is constant",
+                               .found = assembly.keys.law->describe_found()});
+  } else if (assembly.keys.speed)
+    return;
   else if (assembly.draft.problems.is_uncertain(assembly.at.path() + ".law"))
     throw CascadingError();
   else if (!assembly.has_table())
@@ -360,6 +394,8 @@ void read_timing(const TrajectoryAssembly& assembly) {
   const MotionLawKind law = assembly.trajectory.law.kind;
   if (law == MotionLawKind::time_optimal && assembly.timing.duration_given)
     assembly.at.fail({.expected = "no 'duration' with the law 'fastest', which determines it"});
+  if (assembly.keys.speed && assembly.timing.duration_given)
+    assembly.at.fail({.expected = "no 'duration' with 'speed', which determines it together with 'turns'"});
   const auto duration = assembly.timing.duration ? assembly.timing.duration : assembly.defaults.duration;
   const bool is_duration_unread =
       assembly.is_unread("duration", assembly.timing.duration_given, assembly.defaults.duration_given);
@@ -367,7 +403,7 @@ void read_timing(const TrajectoryAssembly& assembly) {
   assembly.trajectory.samples =
       assembly.timing.samples.value_or(assembly.defaults.samples.value_or(assembly.trajectory.samples));
   assembly.trajectory.about = assembly.timing.about.value_or(assembly.defaults.about.value_or(Vector3E::Zero()));
-  if (is_duration_unread || duration || law == MotionLawKind::time_optimal ||
+  if (is_duration_unread || duration || assembly.keys.speed || law == MotionLawKind::time_optimal ||
       (assembly.has_table() && !is_mechanism_dependent(law)))
     return;
   assembly.trajectory.duration = std::numeric_limits<double>::infinity();
@@ -397,6 +433,9 @@ void assemble_trajectory(const TrajectoryAssembly& assembly) {
   if (are_components_read && assembly.keys.path &&
       (are_poses_read || (is_circle(*assembly.keys.path) && assembly.trajectory.drive != DriveKind::joints)))
     problems.collect([&] { read_path(*assembly.keys.path, assembly.draft, assembly.trajectory); });
+  problems.collect([&] {
+    if (assembly.keys.adapt) read_adaptations(*assembly.keys.adapt, assembly.draft, assembly.trajectory);
+  });
   const SpecCursor from = place_of(assembly.timing.from_at, assembly.defaults.from_at, assembly.at),
                    to = place_of(assembly.timing.to_at, assembly.defaults.to_at, assembly.at);
   problems.collect([&] {
@@ -420,6 +459,8 @@ void read_trajectory(const Member& member, const MotionDefaults& defaults, Study
                              {"components", &keys.components},
                              {"remaining", &keys.remaining},
                              {"turns", &keys.turns},
+                             {"speed", &keys.speed},
+                             {"adapt", &keys.adapt},
                              {"limits", &keys.optimised_law.limits},
                              {"of", &keys.optimised_law.quantity},
                              {"speeds", &keys.optimised_law.speeds}})

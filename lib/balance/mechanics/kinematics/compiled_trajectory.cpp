@@ -388,7 +388,8 @@ class TrajectoryCompiler {
   bool compile_prescribed_motion() {
     plan_.request =
         make_prescribed_motion_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
-    plan_.request.switch_times = payload_switch_times(mechanism_);
+    const std::vector<double> payload_times = payload_switch_times(mechanism_);
+    plan_.request.switch_times.insert(plan_.request.switch_times.end(), payload_times.begin(), payload_times.end());
     plan_.prescribed_motion.emplace(plan_.request);
     trajectory::DriveSample first_sample;
     plan_.prescribed_motion->at(0, trajectory::Side::after, first_sample);

@@ -217,6 +217,64 @@ void add_metrics(RunResult& result, const IntermediateSamples& between) {
   result.energy = integrate_power(result, samples);
 }
 
+namespace {
+
+constexpr double move_time_tolerance =
+    1e-9;  ///< of the run's duration: samples this near to the end of a move are there
+
+/// @param position_round_off [m]
+AdaptationMove record_move(const trajectory::CoordinateMove& move, Eigen::Index coordinate, Eigen::Index actuator,
+                           double position_round_off, const std::vector<SampleReference>& samples) {
+  AdaptationMove record;
+  record.start = move.start, record.end = move.start + move.duration;
+  const double tolerance = move_time_tolerance * (samples.back().time - samples.front().time);
+  // of two sides of a jump, the ones within the move
+  const auto first = std::find_if(samples.rbegin(), samples.rend(), [&](const SampleReference& sample) {
+    return sample.time <= record.start + tolerance;
+  });
+  const auto last = std::find_if(samples.begin(), samples.end(),
+                                 [&](const SampleReference& sample) { return sample.time >= record.end - tolerance; });
+  const auto position = [&](const SampleReference& sample) {
+    return suppress_round_off(position_round_off, sample.result->joint_position(sample.row, coordinate));
+  };
+  const auto power = [&](const SampleReference& sample) { return sample.result->power(sample.row, actuator); };
+  record.from = position(*first), record.to = position(*last);
+  record.peak_effort = samples.front().result->torque.row(0).transpose() * 0;
+  for (auto sample = first.base() - 1; sample <= last; ++sample) {
+    record.peak_effort = record.peak_effort.cwiseMax(sample->result->torque.row(sample->row).transpose().cwiseAbs());
+    if (sample == last) break;
+    const auto next = sample + 1;
+    const double half_step = (next->time - sample->time) / 2, before = power(*sample), after = power(*next);
+    record.work += half_step * (before + after);
+    record.energy += half_step * (std::abs(before) + std::abs(after));
+  }
+  return record;
+}
+
+}  // namespace
+
+void add_adaptation_moves(const Mechanism& mechanism, const std::vector<trajectory::CoordinateCourse>& courses,
+                          const IntermediateSamples& between, RunResult& result) {
+  if (courses.empty() || result.time.size() < 2) return;
+  const std::vector<SampleReference> samples = merge_in_time_order(result, between);
+  const double duration = samples.back().time - samples.front().time,
+               position_round_off = model::pose_round_off * characteristic_length(mechanism);
+  for (const trajectory::CoordinateCourse& course : courses) {
+    const auto entry = std::find(mechanism.actuators.begin(), mechanism.actuators.end(), course.coordinate);
+    if (entry == mechanism.actuators.end()) continue;
+    const Eigen::Index actuator = entry - mechanism.actuators.begin();
+    for (const trajectory::CoordinateMove& move : course.moves) {
+      if (move.start + move.duration > samples.back().time + move_time_tolerance * duration) break;
+      AdaptationMove record = record_move(move, course.coordinate, actuator, position_round_off, samples);
+      record.counterweight = result.actuator_names[static_cast<std::size_t>(actuator)];
+      const double round_off = column_round_off(result, &RunResult::power, actuator) * duration;
+      record.work = suppress_round_off(round_off, record.work);
+      record.energy = suppress_round_off(round_off, record.energy);
+      result.adaptation_moves.push_back(std::move(record));
+    }
+  }
+}
+
 Metric summarise_values(const std::vector<double>& values, const VectorX& times, double round_off) {
   Metric metric = summarise(values, [&](std::size_t i) { return times[static_cast<Eigen::Index>(i)]; });
   metric.round_off = round_off;

@@ -3,6 +3,7 @@
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
 
 #include <optional>
 #include <string>
@@ -32,6 +33,11 @@ Metric summarise_values(const std::vector<double>& values, const VectorX& times,
 
 /// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule on all samples.
 void add_metrics(RunResult& result, const IntermediateSamples& between);
+
+/// Fills result.adaptation_moves, for the moves that the samples reach. Integrals as in add_metrics().
+/// @param courses of a trajectory whose adaptations are modelled
+void add_adaptation_moves(const Mechanism& mechanism, const std::vector<trajectory::CoordinateCourse>& courses,
+                          const IntermediateSamples& between, RunResult& result);
 
 /// A warning if the samples are too few for reliable figures: a joint turns by more than half a radian between two of
 /// them, or a figure would change by more than 2 % without every second sample. Empty otherwise. Call after

@@ -34,6 +34,16 @@ inline const char* describe_payload_event(const PayloadEvent& change) {
   return change.taken_up ? "taken up" : "set down";
 }
 
+/// A move of a counterweight along its body, by a motor of its own (mechanics/trajectory/adaptation.hpp).
+struct AdaptationMove {
+  std::string counterweight;  ///< also the name of its actuator
+  double start = 0, end = 0;  ///< as prescribed [s]
+  double from = 0, to = 0;    ///< its coordinate there, the distance from its place in the mechanism [m]
+  double work = 0;            ///< ∫ force · speed dt of its actuator [J]
+  double energy = 0;          ///< ∫ |force · speed| dt [J]
+  VectorX peak_effort;        ///< per actuator: largest magnitude from start to end [N m or N]
+};
+
 /// Figures of the magnitude of one quantity. Values up to `round_off` are set to 0.
 struct Metric {
   std::string
@@ -49,6 +59,7 @@ struct Metric {
 };
 
 struct IntermediateSamples;
+struct OrderAnalysis;
 
 struct RunResult {
   MotionOutcome outcome;
@@ -106,11 +117,14 @@ struct RunResult {
   Samples saturation;        ///< N×A: 1 while the torque is limited, else 0
 
   std::vector<Metric> metrics;
-  std::vector<PayloadEvent> payload_events;  ///< in order of time; not read from files
-  double energy = 0;                         ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
+  std::vector<PayloadEvent> payload_events;      ///< in order of time; not read from files
+  std::vector<AdaptationMove> adaptation_moves;  ///< counterweight by counterweight; not read from files
+  double energy = 0;  ///< ∫ Σ|power| dt: energy moved by the actuators, back and forth [J]
   std::optional<trajectory::CorridorResult>
       corridor_result;  ///< if the path was optimised in a corridor; not read from files
   std::optional<TorqueDistributionRecord> torque_distribution;  ///< if the mechanism states one; not read from files
+
+  std::shared_ptr<const OrderAnalysis> orders;  ///< on request (mechanics/results/orders.hpp); not read from files
 
   /// The samples besides the rows that the metrics rest on: both sides of every jump; not in files. Null: unknown.
   std::shared_ptr<const IntermediateSamples> intermediate;

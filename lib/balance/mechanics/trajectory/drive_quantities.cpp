@@ -79,22 +79,35 @@ void add_components(const std::vector<Component>& components, const Mechanism& m
   }
 }
 
-std::vector<CoordinateId> named_joints(const Trajectory& trajectory) {
-  std::vector<CoordinateId> coordinates;
-  for (const CoordinateValue& value : trajectory.from.joints) coordinates.push_back(value.coordinate);
+bool has_course(const Trajectory& trajectory, CoordinateId coordinate) {
+  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
+                     [&](const CoordinateCourse& course) { return course.coordinate == coordinate; });
+}
+
+/// The coordinates without a course.
+std::vector<CoordinateId> drop_courses(std::vector<CoordinateId> coordinates, const Trajectory& trajectory) {
+  std::erase_if(coordinates, [&](CoordinateId coordinate) { return has_course(trajectory, coordinate); });
   return coordinates;
+}
+
+/// Coordinates for which a pose has a value, without those with a course.
+std::vector<CoordinateId> named_joints(const PoseTarget& pose, const Trajectory& trajectory) {
+  std::vector<CoordinateId> coordinates;
+  for (const CoordinateValue& value : pose.joints) coordinates.push_back(value.coordinate);
+  return drop_courses(std::move(coordinates), trajectory);
 }
 
 /// Drive `joints`: the coordinates named by `from`, or the actuated ones.
 std::vector<CoordinateId> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
-  std::vector<CoordinateId> coordinates = named_joints(trajectory);
+  std::vector<CoordinateId> coordinates = named_joints(trajectory.from, trajectory);
+  const std::vector<CoordinateId> actuators = drop_courses(mechanism.actuators, trajectory);
   const std::set<CoordinateId> named(coordinates.begin(), coordinates.end());
-  const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(),
-                                         [&](CoordinateId actuator) { return named.contains(actuator); });
+  const bool all_actuators =
+      std::all_of(actuators.begin(), actuators.end(), [&](CoordinateId actuator) { return named.contains(actuator); });
   // a start pose may name more joints than there are freedoms: use the actuators then
   if (coordinates.empty() || (static_cast<int>(coordinates.size()) > freedoms && all_actuators &&
-                              static_cast<int>(mechanism.actuators.size()) == freedoms))
-    coordinates = mechanism.actuators;
+                              static_cast<int>(actuators.size()) == freedoms))
+    coordinates = actuators;
   return coordinates;
 }
 
@@ -111,8 +124,9 @@ void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int
     else if (remaining_count() >= 3)
       quantities.rotation = {0, 1, 2};
   }
-  const int missing = std::clamp(remaining_count(), 0, static_cast<int>(mechanism.actuators.size()));
-  quantities.coordinates.assign(mechanism.actuators.end() - missing, mechanism.actuators.end());
+  const std::vector<CoordinateId> actuators = drop_courses(mechanism.actuators, trajectory);
+  const int missing = std::clamp(remaining_count(), 0, static_cast<int>(actuators.size()));
+  quantities.coordinates.assign(actuators.end() - missing, actuators.end());
 }
 
 /// Joint coordinates specified by a pose; of duplicates, the last value.
@@ -133,9 +147,11 @@ bool is_fully_prescribed(const DriveQuantities& quantities, const PoseTarget& po
 
 }  // namespace
 
-DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory,
+                                        int mechanism_freedoms) {
   DriveQuantities quantities;
-  const int own_count = freedoms - count_remaining_quantities(trajectory);
+  const int freedoms = mechanism_freedoms - static_cast<int>(trajectory.courses.size()),
+            own_count = freedoms - count_remaining_quantities(trajectory);
   switch (trajectory.drive) {
     case DriveKind::joints: quantities.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
     case DriveKind::tool:
@@ -158,6 +174,7 @@ DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajec
   if (quantities.row_count() != freedoms)
     quantities.mismatch = "the drive prescribes " + count_noun(quantities.row_count(), "quantity", "quantities") +
                           ", the mechanism has " + count_noun(freedoms, "degree", "degrees") + " of freedom";
+  for (const CoordinateCourse& course : trajectory.courses) quantities.coordinates.push_back(course.coordinate);
   return quantities;
 }
 
@@ -206,10 +223,11 @@ bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& traj
     return true;
   // `to` specifies some of the drive's own quantities: the others keep their values.
   const PoseTarget& to = trajectory.to;
+  const bool has_joints = !named_joints(to, trajectory).empty();
   switch (trajectory.drive) {
-    case DriveKind::joints: return !to.joints.empty();
+    case DriveKind::joints: return has_joints;
     case DriveKind::tool: return (to.tool || quantities.point.empty()) && trajectory.remaining_coordinates.empty();
-    case DriveKind::com: return to.com && !to.tool && to.joints.empty();
+    case DriveKind::com: return to.com && !to.tool && !has_joints;
   }
   return false;
 }
@@ -246,6 +264,7 @@ PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& traje
     for (const PoseTarget& point : waypoints->points)
       request.via.push_back(
           read_pose_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
+  add_courses(trajectory, quantities, request);
   add_secondary_tasks(trajectory, quantities, request);
   return request;
 }

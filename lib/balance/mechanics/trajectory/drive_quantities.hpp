@@ -34,7 +34,7 @@ struct DriveQuantities {
 };
 
 /// Chooses as many quantities as there are degrees of freedom: those named by the trajectory, or the defaults of the
-/// spec language.
+/// spec language. Coordinates with a course are the last ones.
 /// @throws std::invalid_argument if the trajectory names something that does not exist
 DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms);
 

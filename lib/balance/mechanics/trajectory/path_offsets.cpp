@@ -143,6 +143,98 @@ void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& qu
 
 namespace {
 
+constexpr double course_time_tolerance = 1e-9;  ///< of the duration: moves may be outside by this much
+constexpr int panels_per_course_piece = 4;      ///< between jumps of a law: 16 terms are then exact
+
+/// A function of the fraction of the duration that stays what it is.
+void add_rest(double begin, double end, double value, std::vector<Panel>& panels) {
+  if (!(end > begin)) return;
+  Panel panel{begin, end, Samples::Zero(PiecewiseChebyshevSeries::coefficient_count, derivative_columns)};
+  panel.coefficients(0, 0) = value;
+  panels.push_back(std::move(panel));
+}
+
+/// One move, from `value` on, with its derivatives with respect to the fraction of the duration.
+void add_move(const CoordinateMove& move, double begin, double end, double value, std::vector<Panel>& panels) {
+  std::vector<double> ends = find_acceleration_jumps(move.law);
+  ends.push_back(1);
+  const double length = end - begin;
+  double piece_begin = 0;
+  for (const double piece_end : ends) {
+    for (int k = 0; k < panels_per_course_piece; ++k) {
+      const auto tau = [&](int i) {
+        return i == panels_per_course_piece ? piece_end
+                                            : piece_begin + (piece_end - piece_begin) * i / panels_per_course_piece;
+      };
+      const double tau_begin = tau(k), tau_end = tau(k + 1), tau_length = tau_end - tau_begin;
+      // The law is evaluated within the panel; its ends are on the right side of its jumps.
+      Panel panel{begin + length * tau_begin, tau_end == 1 ? end : begin + length * tau_end, {}};
+      Samples values(PiecewiseChebyshevSeries::coefficient_count, derivative_columns);
+      for (int i = 0; i < PiecewiseChebyshevSeries::coefficient_count; ++i) {
+        const double x = PiecewiseChebyshevSeries::chebyshev_point(i);
+        const MotionLawValue law = evaluate(move.law, tau_begin + tau_length * (1 + x) / 2, Side::after);
+        values.row(i) << value + move.distance * law.s, move.distance * law.ds / length,
+            move.distance * law.dds / (length * length);
+      }
+      panel.coefficients = PiecewiseChebyshevSeries::values_to_coefficients() * values;
+      panels.push_back(std::move(panel));
+    }
+    piece_begin = piece_end;
+  }
+}
+
+/// The course relative to its start, over the fraction of the duration.
+PiecewiseChebyshevSeries make_course_series(const CoordinateCourse& course, double duration) {
+  std::vector<Panel> panels;
+  double time = 0, value = 0;
+  for (const CoordinateMove& move : course.moves) {
+    const double begin = std::clamp(move.start / duration, time, 1.0),
+                 end = std::min((move.start + move.duration) / duration, 1.0);
+    add_rest(time, begin, value, panels);
+    add_move(move, begin, end, value, panels);
+    time = end, value += move.distance;
+  }
+  add_rest(time, 1, value, panels);
+  return PiecewiseChebyshevSeries(std::move(panels));
+}
+
+void check_moves(const CoordinateCourse& course, double duration) {
+  double time = 0;
+  for (const CoordinateMove& move : course.moves) {
+    validate(move.law);
+    if (move.law.kind == MotionLawKind::uniform || is_mechanism_dependent(move.law.kind))
+      throw std::invalid_argument(
+          "a coordinate moves from rest to rest, by a law that does not depend on the mechanism");
+    if (!(move.duration > 0) || move.start < time - course_time_tolerance * duration ||
+        move.start + move.duration > (1 + course_time_tolerance) * duration)
+      throw std::invalid_argument(
+          "moves of a coordinate follow each other between the start and the end of the motion");
+    time = move.start + move.duration;
+  }
+}
+
+}  // namespace
+
+void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, PrescribedMotion::Request& request) {
+  for (const CoordinateCourse& course : trajectory.courses) {
+    const auto component = static_cast<Eigen::Index>(find_component(quantities, course.coordinate));
+    auto* table = std::get_if<TablePath>(&request.path);
+    const double duration = table != nullptr ? table->time.back() - table->time.front() : request.duration;
+    check_moves(course, duration);
+    if (table != nullptr)
+      for (std::vector<double>& row : table->values)
+        row.insert(row.begin() + static_cast<std::ptrdiff_t>(component), request.from.value[component]);
+    hold_component(request, component);
+    request.component_offsets.push_back({component, make_course_series(course, duration), true});
+    for (const CoordinateMove& move : course.moves) {
+      request.switch_times.push_back(move.start);
+      request.switch_times.push_back(move.start + move.duration);
+    }
+  }
+}
+
+namespace {
+
 constexpr double max_panel_rotation = 0.5;     // rotation of the directions per panel [rad]: 16 terms are then exact
 constexpr double coefficient_epsilon = 4e-16;  // of a panel's largest coefficient: smaller ones are round-off
 constexpr double path_length_epsilon = 1e-9;   // of the magnitude of the coordinates

@@ -41,6 +41,11 @@ numerics::PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double
 void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request);
 
+/// Adds the trajectory's courses to a request with known `from`, `to`, `via` and path; both ends of every move become
+/// switch times.
+/// @throws std::invalid_argument if a move is not within the duration, or its law moves from other than rest to rest
+void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, PrescribedMotion::Request& request);
+
 /// Number of leading components of a drive that are the point of a corridor: the coordinates of the tool or the centre
 /// of mass, or all driven joint coordinates.
 /// @throws std::invalid_argument if there are fewer than two. The message is suitable for users.

@@ -120,6 +120,37 @@ struct SecondaryTaskOf {
   std::variant<SplineTaskOf<T>, MomentumTaskOf<T>> kind;
 };
 
+// Counterweights that follow the payload during the motion.
+
+/// One move of a counterweight along its body, from rest to rest.
+template <class T>
+struct CounterweightMoveOf {
+  Vector3Of<T> to = Vector3Of<T>::Zero();  ///< place at the end, in the body's axes [m]
+  double start = 0;                        ///< [s]
+  double duration = 1;                     ///< [s]
+  MotionLawOf<T> law;
+};
+
+/// A counterweight that a motor of its own moves along its body (mechanics/trajectory/adaptation.hpp).
+template <class T>
+struct AdaptationOf {
+  int attachment = 0;                         ///< into Mechanism::attachments
+  std::vector<CounterweightMoveOf<T>> moves;  ///< in order of time, one after the other; all places are on one line
+};
+
+/// A move of a coordinate by a law of its own, from rest to rest.
+struct CoordinateMove {
+  double start = 0, duration = 1;  ///< [s]
+  double distance = 0;             ///< signed [rad or m]
+  MotionLaw law;
+};
+
+/// A coordinate whose motion is independent of the path, whatever is driven. At rest between its moves.
+struct CoordinateCourse {
+  CoordinateId coordinate = 0;
+  std::vector<CoordinateMove> moves;  ///< in order of time
+};
+
 template <class T>
 struct TrajectoryOf {
   std::string name;
@@ -145,6 +176,9 @@ struct TrajectoryOf {
   long samples = 1001;  ///< uniform grid, both ends included; at least 2
   Vector3Of<T> about = Vector3Of<T>::Zero();  ///< reference point of moments in the world [m]
   std::optional<CorridorOf<T>> corridor;      ///< around the path
+  std::vector<AdaptationOf<T>> adaptations;   ///< at most one per counterweight
+  /// Not part of the path or of the drive's other quantities; the start values are in `from`.
+  std::vector<CoordinateCourse> courses;
 };
 
 /// Whether the motion depends on the mechanism: motion/time_optimal then finds its law, corridor offset or momentum
@@ -166,6 +200,8 @@ using MotionLimit = MotionLimitOf<double>;
 using SplineTask = SplineTaskOf<double>;
 using MomentumTask = MomentumTaskOf<double>;
 using SecondaryTask = SecondaryTaskOf<double>;
+using CounterweightMove = CounterweightMoveOf<double>;
+using Adaptation = AdaptationOf<double>;
 using Corridor = CorridorOf<double>;
 using Trajectory = TrajectoryOf<double>;
 

@@ -14,7 +14,7 @@ class TrajectoryConversion {
   TrajectoryOf<To> operator()(const TrajectoryOf<From>& from) const {
     TrajectoryOf<To> to;
     to.name = from.name;
-    to.law = {from.law.kind, number_(from.law.ramp_up), number_(from.law.ramp_down), from.law.nodes};
+    to.law = convert(from.law);
     for (const auto& limit : from.limits)
       to.limits.push_back({limit.quantity, number_(limit.upper_bound), convert(limit.lower_bound)});
     to.min_peak_quantity = from.min_peak_quantity;
@@ -33,10 +33,19 @@ class TrajectoryConversion {
     to.duration = number_(from.duration);
     to.samples = from.samples;
     to.about = convert(from.about);
+    for (const auto& adaptation : from.adaptations) {
+      to.adaptations.push_back({adaptation.attachment, {}});
+      for (const auto& move : adaptation.moves)
+        to.adaptations.back().moves.push_back({convert(move.to), move.start, move.duration, convert(move.law)});
+    }
+    to.courses = from.courses;
     return to;
   }
 
  private:
+  MotionLawOf<To> convert(const MotionLawOf<From>& law) const {
+    return {law.kind, number_(law.ramp_up), number_(law.ramp_down), law.nodes};
+  }
   SplineTaskOf<To> convert(const SplineTaskOf<From>& spline) const {
     return {convert(spline.coefficients), spline.has_middle_jump, spline.over_time};
   }

@@ -11,11 +11,13 @@
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/recorder.hpp"
 #include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/control_law.hpp"
 #include "balance/motion/control/desired_motion.hpp"
+#include "balance/motion/control/extended_controller.hpp"
 #include "balance/motion/control/payload_impact.hpp"
 #include "balance/motion/control/plant.hpp"
 #include "balance/motion/control/sensor.hpp"
@@ -133,6 +135,16 @@ std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, cons
   return out;
 }
 
+/// Both ends of all moves by laws of their own, increasing.
+std::vector<double> list_course_times(const Trajectory& trajectory) {
+  std::vector<double> times;
+  for (const trajectory::CoordinateCourse& course : trajectory.courses)
+    for (const trajectory::CoordinateMove& move : course.moves)
+      times.insert(times.end(), {move.start, move.start + move.duration});
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
 /// Adds times between events that are too far from each other for accurate figures.
 /// @param steps minimum number of steps of the whole run
 std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& events, long steps) {
@@ -228,6 +240,7 @@ class ClosedLoopRun {
     std::vector<SampleEvent> events = list_events(step, samples_, controller);
     if (effort_profile_) events = insert_knot_times(std::move(events), effort_profile_->knots());
     events = insert_knot_times(std::move(events), intervals_.switch_times());
+    events = insert_knot_times(std::move(events), list_course_times(trajectory));
     // figures of a continuous controller cannot rely on its samples
     events_ =
         insert_figure_samples(events, effort_profile_ ? 5 * trajectory::min_time_steps : trajectory::min_time_steps);
@@ -255,6 +268,7 @@ class ClosedLoopRun {
     add_round_off();
     if (result_.time.size() >= 2) {
       add_metrics(result_, intermediate_samples_);
+      add_adaptation_moves(mechanism_, trajectory_.courses, intermediate_samples_, result_);
       if (const auto overflow = find_overflow(result_, intermediate_samples_, mechanism_);
           overflow && outcome_.status == MotionStatus::done)
         outcome_ = *overflow;
@@ -501,6 +515,11 @@ class ClosedLoopRun {
 RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                                const ClosedLoopOptions& options) {
   check_timing(trajectory);
+  if (!trajectory.adaptations.empty()) {
+    const trajectory::AdaptedMotion adapted = trajectory::model_adaptations(mechanism, trajectory);
+    return simulate_closed_loop(adapted.mechanism, adapted.trajectory,
+                                extend_controller(controller, mechanism, trajectory), options);
+  }
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.max_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.hold_time >= 0)) throw std::invalid_argument("the time to settle cannot be negative");

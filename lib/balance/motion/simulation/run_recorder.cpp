@@ -67,6 +67,7 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
   if (!is_completed) return without_samples(source.outcome());
   set_term_magnitudes(result);
   add_metrics(result, intermediate_samples);
+  add_adaptation_moves(mechanism_, trajectory_.courses, intermediate_samples, result);
   if (const auto overflow = find_overflow(result, intermediate_samples, mechanism_)) return without_samples(*overflow);
   clear_round_off(result);
   sample_phase_plane(motion, result.phase_plane);

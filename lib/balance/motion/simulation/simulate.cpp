@@ -3,6 +3,7 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/dynamics/term_magnitude_recorder.hpp"
 #include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/motion/simulation/group_stepper.hpp"
 #include "balance/motion/simulation/run_recorder.hpp"
 
@@ -84,11 +85,14 @@ class SimulationRun : public RunRecorder {
 
 }  // namespace
 
-RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
-  return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-    return kinematics::dispatch_space(
-        mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
-  });
+RunResult simulate(const Mechanism& given_mechanism, const Trajectory& given_trajectory, const Progress& progress) {
+  return trajectory::with_adaptations(
+      given_mechanism, given_trajectory, [&](const Mechanism& mechanism, const Trajectory& trajectory) {
+        return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
+          return kinematics::dispatch_space(
+              mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
+        });
+      });
 }
 
 }  // namespace balance::simulation

@@ -1,5 +1,7 @@
 #include "balance/motion/study/study.hpp"
 
+#include "balance/mechanics/trajectory/adaptation.hpp"
+
 #include "balance/foundation/base/spelling.hpp"
 
 #include <algorithm>
@@ -41,6 +43,34 @@ const Trajectory& choose_trajectory(const Study& study, const std::string& name)
     throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
   if (name.empty()) return study.trajectories.front();
   return require_name(study, study.trajectories, "trajectory", name);
+}
+
+Mechanism mechanism_along(const Study& study, const std::string& name) {
+  const Trajectory* trajectory = find_by_name(study.trajectories, name);
+  return trajectory == nullptr ? study.mechanism : model_adaptations(study.mechanism, *trajectory).mechanism;
+}
+
+Mechanism mechanism_with_slides(const Study& study) {
+  constexpr double direction_tolerance = 1e-9;
+  Mechanism mechanism = study.mechanism;
+  const auto find_slide = [&](const std::string& name) {
+    return std::find_if(mechanism.joints.begin() + static_cast<std::ptrdiff_t>(study.mechanism.joints.size()),
+                        mechanism.joints.end(), [&](const Joint& joint) { return joint.name == name; });
+  };
+  for (Trajectory trajectory : study.trajectories) {
+    const Mechanism moved = model_adaptations(study.mechanism, trajectory).mechanism;
+    std::erase_if(trajectory.adaptations, [&](const trajectory::Adaptation& adaptation) {
+      const std::string& name = study.mechanism.attachments[static_cast<std::size_t>(adaptation.attachment)].name;
+      const auto slide = find_slide(name);
+      if (slide == mechanism.joints.end()) return false;
+      const Joint& other = *find_by_name(moved.joints, name);
+      if ((slide->axis - other.axis).norm() > direction_tolerance)
+        throw std::invalid_argument("counterweight '" + name + "' moves along different lines in two trajectories");
+      return true;
+    });
+    mechanism = model_adaptations(mechanism, trajectory).mechanism;
+  }
+  return mechanism;
 }
 
 const Controller& choose_controller(const Study& study, const std::string& name) {

@@ -240,6 +240,15 @@ std::size_t trajectory_index(const Study& study, const std::string& name);
 /// @throws UnknownNameError; SpecError if the spec states no motion
 const Trajectory& choose_trajectory(const Study& study, const std::string& name);
 
+/// The mechanism of runs along the trajectory of that name: with the slides of the counterweights that it moves
+/// (mechanics/trajectory/adaptation.hpp). Without any, or without such a trajectory, the study's.
+/// @throws std::invalid_argument if the moves are impossible
+Mechanism mechanism_along(const Study& study, const std::string& trajectory);
+
+/// The study's mechanism with the slides of all counterweights that any of its trajectories moves.
+/// @throws std::invalid_argument if moves are impossible, or if two trajectories move one along different lines
+Mechanism mechanism_with_slides(const Study& study);
+
 /// The controller of that name; if the name is empty the spec's first or, if it declares none, computed torque.
 /// @throws UnknownNameError
 const Controller& choose_controller(const Study& study, const std::string& name);

@@ -41,6 +41,9 @@ void require_run(const Tolerances& numbers, const Trajectory& trajectory) {
   if (numbers.empty()) throw std::invalid_argument("there are no numbers with tolerances");
   if (is_mechanism_dependent(trajectory))
     throw std::invalid_argument("the trajectory '" + trajectory.name + "' is recomputed for every mechanism");
+  if (!trajectory.adaptations.empty())
+    throw std::invalid_argument("the trajectory '" + trajectory.name +
+                                "' moves counterweights ('adapt'), which have no tolerances");
   if (trajectory.samples * static_cast<long>(numbers.size()) > max_tolerance_samples)
     throw std::invalid_argument("too many samples for " + std::to_string(numbers.size()) + " numbers: at most " +
                                 std::to_string(max_tolerance_samples / static_cast<long>(numbers.size())));

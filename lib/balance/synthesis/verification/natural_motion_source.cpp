@@ -97,7 +97,8 @@ class NaturalTrajectoryCompiler {
   bool compile_prescribed_motion() {
     trajectory::PrescribedMotion::Request request =
         make_prescribed_motion_request(trajectory_, plan_.quantities, from_, to_);
-    request.switch_times = payload_switch_times(mechanism_);
+    const std::vector<double> payload_times = payload_switch_times(mechanism_);
+    request.switch_times.insert(request.switch_times.end(), payload_times.begin(), payload_times.end());
     plan_.prescribed_motion.emplace(request);
     return true;
   }

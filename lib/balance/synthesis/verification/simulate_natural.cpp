@@ -2,6 +2,7 @@
 
 #include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
+#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/motion/simulation/run_recorder.hpp"
 #include "balance/synthesis/verification/natural_motion_source.hpp"
 
@@ -69,19 +70,23 @@ class NaturalRun : public simulation::RunRecorder {
 
 }  // namespace
 
-RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory,
+RunResult simulate_natural(const Mechanism& given_mechanism, const Trajectory& given_trajectory,
                            const simulation::Progress& progress) {
-  if (mechanism.space != SpaceKind::planar)
+  if (given_mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
-  if (has_velocity_constraints(mechanism))
+  if (has_velocity_constraints(given_mechanism))
     throw std::invalid_argument("natural coordinates do not support constraints on speeds");
-  return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-    const NaturalStart start = find_natural_start(mechanism, resolved);
-    if (start.outcome.status == MotionStatus::done) return NaturalRun(mechanism, resolved, start.start, progress).run();
-    RunResult result;
-    result.outcome = start.outcome;
-    return result;
-  });
+  return trajectory::with_adaptations(
+      given_mechanism, given_trajectory, [&](const Mechanism& mechanism, const Trajectory& trajectory) {
+        return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
+          const NaturalStart start = find_natural_start(mechanism, resolved);
+          if (start.outcome.status == MotionStatus::done)
+            return NaturalRun(mechanism, resolved, start.start, progress).run();
+          RunResult result;
+          result.outcome = start.outcome;
+          return result;
+        });
+      });
 }
 
 }  // namespace balance::verification
