@@ -71,11 +71,9 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, G
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = study::find_goal(name);
-    if (!goal) {
-      throw UsageError(fmt::format("--goal {}: expected {}{}", quote_for_message(name),
-                                   join_alternatives(study::goal_names()),
-                                   append_nearest_name(name, study::goal_names())));
-    }
+    const std::optional<study::GoalMistake> mistake =
+        goal ? study::find_goal_mistake(*goal, study.mechanism) : study::explain_goal_mistake(name);
+    if (mistake) throw UsageError(fmt::format("--goal {}: {}", quote_for_message(name), mistake->sentence()));
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;

@@ -67,6 +67,8 @@ Command setup_conditions(CLI::App& program) {
       "Prints the linear conditions on masses, centres of mass, inertias and stiffnesses that are\n"
       "necessary and sufficient for the goal, which of them are met and which free numbers of the\n"
       "spec each of them depends on. The default goal is the spec's `design: goal`.\n"
+      "Goals of force and moment may name a component, coordinates at constant speed and a point of\n"
+      "the ground, in this order: constant-speed-moment[x] of A and B about ground.M.\n"
       "Inertial parameters are about the origin of the body's frame, those of discs about their\n"
       "centre of mass. Loads are known terms on the right-hand side. What masses and springs cannot\n"
       "balance (friction, loads that vary or do not act like weight) is listed with the largest\n"
@@ -77,6 +79,7 @@ Command setup_conditions(CLI::App& program) {
       "  balance conditions 5r.yaml --goal static\n"
       "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"
       "  balance conditions rr.yaml --goal decoupled --latex\n"
+      "  balance conditions rotor.yaml --goal \"constant-speed-moment[x]\"\n"
       "  balance conditions arm.yaml --goal gyroscopic --without friction\n"
       "  balance conditions rr.yaml --goal decoupled --speeds \"vx: tool.x, vy: tool.y\"");
   return {parser, [options] { return run(*options); }};

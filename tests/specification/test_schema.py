@@ -29,7 +29,7 @@ def read(text):
 
 def specs():
     """The mechanisms in configs and the two complete specs that the reader's tests spoil, by name."""
-    for path in sorted([*configs.glob("*.yaml"), *configs.glob("starters/*.yaml")]):
+    for path in sorted([*configs.glob("*.yaml"), *configs.glob("starters/*.yaml"), *configs.glob("machines/*.yaml")]):
         # (D8) as any tool reads them, by YAML 1.1; nothing in them may turn into a truth value
         yield path.name, yaml.safe_load(path.read_text(encoding="utf-8"))
     raw_strings = re.findall(r'R"\((.*?)\)"', (here / "specs.hpp").read_text(encoding="utf-8"), re.DOTALL)

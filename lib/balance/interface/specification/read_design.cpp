@@ -199,12 +199,13 @@ void read_search(const SpecCursor& at, StudyBuilder& draft, study::SearchOptions
 void read_design(const SpecCursor& section, StudyBuilder& draft) {
   study::DesignRequest& request = draft.study.design;
   std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry, different_entry;
+  const Mechanism* mechanism = draft.is_mechanism_valid ? &draft.study.mechanism : nullptr;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
       section,
       "design settings {goal, minimize, front, subject_to, choose, all_different, assembly_mode, search, for, across, "
       "adapt}",
-      {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
+      {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c, mechanism); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
        {"front", Presence::optional, store_in(front_entry)},
@@ -272,10 +273,18 @@ study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& dra
   return request;
 }
 
-std::vector<Goal> read_goals(const SpecCursor& at) {
+std::vector<Goal> read_goals(const SpecCursor& at, const Mechanism* mechanism) {
   std::vector<Goal> goals;
+  const auto fail = [](const SpecCursor& c, const study::GoalMistake& mistake) {
+    c.fail({.expected = mistake.expected, .found = mistake.found, .hint = mistake.hint});
+  };
   const auto read_one = [&](const SpecCursor& c) {
-    const Goal goal = *study::find_goal(study::goal_names()[c.read_choice("a goal", study::goal_names())]);
+    const std::string& text = c.read_word("a goal (" + join_alternatives(study::goal_names()) + ")");
+    const std::optional<Goal> found = study::find_goal(text);
+    if (!found) fail(c, study::explain_goal_mistake(text));
+    const Goal& goal = *found;
+    if (mechanism != nullptr)
+      if (const auto mistake = study::find_goal_mistake(goal, *mechanism)) fail(c, *mistake);
     if (std::find(goals.begin(), goals.end(), goal) != goals.end())
       c.fail({.expected = "each goal only once", .found = fmt::format("{} again", c.describe_found())});
     goals.push_back(goal);

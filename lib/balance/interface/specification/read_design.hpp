@@ -25,6 +25,7 @@ study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& dra
 // Goals of balancing, in specs and suites.
 
 /// One goal or a list of different ones; fails at the cursor's place if it is neither.
-std::vector<Goal> read_goals(const SpecCursor& at);
+/// @param mechanism whose coordinates and points the goals may name; null: not known yet, names are not checked
+std::vector<Goal> read_goals(const SpecCursor& at, const Mechanism* mechanism = nullptr);
 
 }  // namespace balance::specification

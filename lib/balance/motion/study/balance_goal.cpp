@@ -1,7 +1,12 @@
 #include "balance/motion/study/balance_goal.hpp"
 
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/mechanics/model/landmark.hpp"
+
 #include <algorithm>
 #include <array>
+#include <string_view>
 #include <utility>
 
 namespace balance::study {
@@ -22,33 +27,182 @@ constexpr std::array base_goal_names = {
     std::pair{GoalKind::affine, "affine"sv},
 };
 
+constexpr std::string_view fully_prefix = "fully-", constant_speed_prefix = "constant-speed-";
+constexpr std::string_view of_word = " of ", and_word = " and ", about_word = " about ";
+constexpr std::string_view components = "xyz";
+
 /// P0 defines "fully" for goals of the actuators only.
 bool can_be_fully(GoalKind kind) { return kind <= GoalKind::decoupled; }
 
-}  // namespace
+bool has_momentum(GoalKind kind) {
+  return kind == GoalKind::force || kind == GoalKind::moment || kind == GoalKind::dynamic;
+}
 
-std::string goal_name(const Goal& goal) {
+/// The name without component, coordinates and reference point.
+std::string base_name(const Goal& goal) {
   const auto entry =
       std::find_if(base_goal_names.begin(), base_goal_names.end(), [&](const auto& p) { return p.first == goal.kind; });
-  return (goal.is_fully ? "fully-" : "") + std::string(entry->second);
+  std::string name(goal.is_fully ? fully_prefix : goal.is_at_constant_speed ? constant_speed_prefix : ""sv);
+  return name.append(entry->second);
+}
+
+/// "y"; empty: all components.
+std::string component_name(const Goal& goal) {
+  return goal.component < 0 ? "" : std::string(1, components[static_cast<std::size_t>(goal.component)]);
+}
+
+/// "A and B"
+std::string join_coordinates(const Goal& goal) {
+  std::string text;
+  for (const std::string& name : goal.coordinates) text.append(text.empty() ? "" : and_word).append(name);
+  return text;
+}
+
+/// All goals without components, coordinates and reference points.
+std::vector<Goal> list_base_goals() {
+  std::vector<Goal> goals;
+  for (const auto& [kind, name] : base_goal_names) goals.push_back({.kind = kind});
+  for (const auto& [kind, name] : base_goal_names)
+    if (has_momentum(kind)) goals.push_back({.kind = kind, .is_at_constant_speed = true});
+  for (const auto& [kind, name] : base_goal_names)
+    if (can_be_fully(kind)) goals.push_back({.kind = kind, .is_fully = true});
+  return goals;
+}
+
+struct GoalReading {
+  std::optional<Goal> goal;
+  GoalMistake mistake;  ///< unless there is a goal
+};
+
+GoalReading fail(std::string expected, std::string_view found, std::string hint = "") {
+  return {std::nullopt, {std::move(expected), quote_for_message(found), std::move(hint)}};
+}
+
+/// The text before a word, which is cut off together with what follows it.
+std::optional<std::string> cut_off(std::string& text, std::string_view word) {
+  const std::size_t at = text.find(word);
+  if (at == std::string::npos) return std::nullopt;
+  std::string rest(trim(std::string_view(text).substr(at + word.size())));
+  text = std::string(trim(std::string_view(text).substr(0, at)));
+  return rest;
+}
+
+GoalReading read_goal(const std::string& given) {
+  std::string text(trim(given));
+  const std::optional<std::string> about = cut_off(text, about_word), of = cut_off(text, of_word);
+  std::string component;
+  if (const std::size_t bracket = text.find('['); bracket != std::string::npos && text.ends_with(']')) {
+    component = std::string(trim(std::string_view(text).substr(bracket + 1, text.size() - bracket - 2)));
+    if (component.size() != 1 || components.find(component) == std::string_view::npos)
+      return fail("a component x, y or z of the goal " + quote_for_message(text.substr(0, bracket)), component);
+    text.resize(bracket);
+  }
+  Goal goal;
+  const std::vector<Goal> goals = list_base_goals();
+  const auto base = std::find_if(goals.begin(), goals.end(), [&](const Goal& one) { return base_name(one) == text; });
+  if (base == goals.end())
+    return fail("a goal (" + join_alternatives(goal_names()) + ")", given, format_nearest_name(text, goal_names()));
+  goal = *base;
+  if (!component.empty() && goal.kind != GoalKind::force && goal.kind != GoalKind::moment)
+    return fail("a goal of force or moment before the component [" + component + "]", text);
+  if (!component.empty()) goal.component = static_cast<int>(components.find(component));
+  if (of && !goal.is_at_constant_speed)
+    return fail("a goal at constant speed (constant-speed-force, -moment or -dynamic) before 'of' coordinates", text);
+  for (std::string rest = of.value_or(""); of && (goal.coordinates.empty() || !rest.empty());) {
+    const std::optional<std::string> next = cut_off(rest, and_word);
+    if (rest.empty()) return fail("names of coordinates after 'of', with 'and' between them", given);
+    goal.coordinates.push_back(std::exchange(rest, next.value_or("")));
+  }
+  if (about && goal.kind != GoalKind::moment)
+    return fail(
+        "a goal of moment before 'about' and a point", text,
+        goal.kind == GoalKind::dynamic ? "without a shaking force the moment is the same about every point" : "");
+  if (about && about->empty()) return fail("a point of the ground after 'about'", given);
+  goal.about = about.value_or("");
+  return {goal, {}};
+}
+
+std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const Coordinate& coordinate : mechanism.coordinates) names.push_back(coordinate.name);
+  return names;
+}
+
+std::optional<CoordinateId> find_coordinate(const Mechanism& mechanism, const std::string& name) {
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    if (mechanism.coordinates[c].name == name) return CoordinateId(static_cast<int>(c));
+  return std::nullopt;
+}
+
+bool is_ground_point(const Mechanism& mechanism, const std::string& name) {
+  const std::optional<model::Landmark> landmark = model::find_landmark(mechanism, name);
+  return landmark && locate_landmark(mechanism, *landmark).body == model::ground;
+}
+
+}  // namespace
+
+std::string GoalMistake::sentence() const {
+  return "expected " + expected + ", found " + found + (hint.empty() ? "" : "; " + hint);
+}
+
+bool requires_zero_momentum(const Goal& goal) {
+  return (goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic) && !goal.is_at_constant_speed &&
+         goal.component < 0;
+}
+
+bool requires_zero_angular_momentum(const Goal& goal) {
+  return (goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic) && !goal.is_at_constant_speed &&
+         goal.component < 0 && goal.about.empty();
+}
+
+std::string goal_name(const Goal& goal) {
+  std::string name = base_name(goal);
+  if (goal.component >= 0) name += "[" + component_name(goal) + "]";
+  if (!goal.coordinates.empty()) name.append(of_word).append(join_coordinates(goal));
+  if (!goal.about.empty()) name.append(about_word).append(goal.about);
+  return name;
 }
 
 const std::vector<std::string>& goal_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> result;
-    for (const bool fully : {false, true})
-      for (const auto& [kind, name] : base_goal_names)
-        if (!fully || can_be_fully(kind)) result.push_back(goal_name({kind, fully}));
+    for (const Goal& goal : list_base_goals()) result.push_back(base_name(goal));
     return result;
   }();
   return names;
 }
 
-std::optional<Goal> find_goal(const std::string& name) {
-  for (const bool fully : {false, true})
-    for (const auto& [kind, plain_name] : base_goal_names)
-      if ((!fully || can_be_fully(kind)) && name == goal_name({kind, fully})) return Goal{kind, fully};
-  return std::nullopt;
+std::optional<Goal> find_goal(const std::string& text) { return read_goal(text).goal; }
+
+GoalMistake explain_goal_mistake(const std::string& text) { return read_goal(text).mistake; }
+
+std::optional<GoalMistake> find_goal_mistake(const Goal& goal, const Mechanism& mechanism) {
+  const bool is_planar = mechanism.space == SpaceKind::planar;
+  if (is_planar && goal.component >= 0 && goal.kind == GoalKind::moment)
+    return GoalMistake{"no component, because the moment in the plane is a number", quote_for_message(goal_name(goal)),
+                       ""};
+  if (is_planar && goal.component == 2)
+    return GoalMistake{"a component x or y in the plane", quote_for_message(goal_name(goal)), ""};
+  const std::vector<std::string> coordinates = coordinate_names(mechanism);
+  for (const std::string& name : goal.coordinates)
+    if (!find_coordinate(mechanism, name))
+      return GoalMistake{"a coordinate (" + join_alternatives(coordinates) + ")", quote_for_message(name),
+                         format_nearest_name(name, coordinates)};
+  if (goal.about.empty() || is_ground_point(mechanism, goal.about)) return std::nullopt;
+  std::vector<std::string> points = model::list_landmarks(mechanism);
+  std::erase_if(points, [&](const std::string& name) { return !is_ground_point(mechanism, name); });
+  return GoalMistake{"a point of the ground (" + join_alternatives(points) + ")", quote_for_message(goal.about),
+                     format_nearest_name(goal.about, points)};
+}
+
+std::vector<CoordinateId> list_constant_speed_coordinates(const Goal& goal, const Mechanism& mechanism) {
+  if (!goal.is_at_constant_speed) return {};
+  if (goal.coordinates.empty()) return mechanism.actuators;
+  std::vector<CoordinateId> coordinates;
+  for (const std::string& name : goal.coordinates)
+    if (const std::optional<CoordinateId> coordinate = find_coordinate(mechanism, name))
+      coordinates.push_back(*coordinate);
+  return coordinates;
 }
 
 std::string join_goal_names(const std::vector<Goal>& goals) {
@@ -56,6 +210,36 @@ std::string join_goal_names(const std::vector<Goal>& goals) {
   for (const Goal& goal : goals) text += (text.empty() ? "" : ", ") + goal_name(goal);
   return text;
 }
+
+namespace {
+
+/// "the frame feels no shaking force along y while A is at constant speed: the linear momentum along y is constant"
+std::string describe_momentum_goal(const Goal& goal) {
+  const std::string axis = component_name(goal), along = axis.empty() ? "" : " along " + axis;
+  const std::string about = (axis.empty() ? "" : " about " + axis) +
+                            (goal.about.empty() ? "" : (axis.empty() ? " about " : " through ") + goal.about);
+  std::string meaning, momentum;
+  if (goal.kind == GoalKind::force) {
+    meaning = "the frame feels no shaking force" + along;
+    momentum = "the linear momentum" + along + " is";
+    if (!goal.is_at_constant_speed)
+      return meaning + (axis.empty() ? ": the centre of mass stands still" : ": " + momentum + " always zero");
+  } else if (goal.kind == GoalKind::moment) {
+    meaning = "the frame feels no shaking moment" + about;
+    momentum = "the angular momentum" + about + " is";
+    if (!goal.is_at_constant_speed) return meaning + ": " + momentum + " always zero";
+  } else {
+    meaning = "the frame feels neither shaking force nor shaking moment";
+    momentum = "both momenta are";
+    if (!goal.is_at_constant_speed) return meaning;
+  }
+  const std::string drives = goal.coordinates.empty()
+                                 ? "the drives are"
+                                 : join_coordinates(goal) + (goal.coordinates.size() == 1 ? " is" : " are");
+  return meaning + " while " + drives + " at constant speed: " + momentum + " constant";
+}
+
+}  // namespace
 
 std::string describe_goal(const Goal& goal, const std::string& speeds) {
   const std::string derivatives = "written in the derivatives of " + speeds;
@@ -73,9 +257,9 @@ std::string describe_goal(const Goal& goal, const std::string& speeds) {
         return "the actuators carry nothing at rest and feel neither velocity terms nor a derivative of a speed "
                "but that in their own place, " +
                derivatives;
-      case GoalKind::force: return "the frame feels no shaking force: the centre of mass stands still";
-      case GoalKind::moment: return "the frame feels no shaking moment: the angular momentum is always zero";
-      case GoalKind::dynamic: return "the frame feels neither shaking force nor shaking moment";
+      case GoalKind::force:
+      case GoalKind::moment:
+      case GoalKind::dynamic: return describe_momentum_goal(goal);
       case GoalKind::proportional:
         return "the centre of mass follows the tool: its velocity is a constant matrix times the tool's";
       case GoalKind::affine:

@@ -1,6 +1,8 @@
 #pragma once
 /// Balancing goals.
 
+#include "balance/mechanics/model/mechanism.hpp"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,18 +22,52 @@ enum class GoalKind {
   affine,                  ///< the same, with constant multiples of the tool body's axes allowed in addition
 };
 
+/// Written `fully-static`, `force[y]`, `moment[x] about ground.M`, `constant-speed-dynamic`,
+/// `constant-speed-moment[x] of A and B about ground.M`.
 struct Goal {
   GoalKind kind = GoalKind::statics;
   bool is_fully = false;  ///< in addition, the inertia at the actuators is the same in every configuration
+  /// Of force, moment, dynamic: what vanishes is the rate of the momentum while some coordinates turn or slide at
+  /// constant speed. Freedoms that these do not determine may accelerate.
+  bool is_at_constant_speed = false;
+  int component = -1;  ///< of force or moment: 0, 1 or 2 along the ground's axes; −1: all
+  /// At constant speed; empty: all driven ones (list_constant_speed_coordinates).
+  std::vector<std::string> coordinates = {};
+  std::string about = {};  ///< of moment: landmark on the ground; empty: the reference point of the runs' moments
 
   bool operator==(const Goal&) const = default;
 };
 
-/// The goal of a name such as `gyroscopic-independent` or `fully-decoupled`; std::nullopt if there is none.
-std::optional<Goal> find_goal(const std::string& name);
+/// Whether a goal requires that the whole linear momentum vanishes. False for forms of the goal that require less.
+bool requires_zero_momentum(const Goal& goal);
+/// The same of the whole angular momentum about the reference point of the runs' moments.
+bool requires_zero_angular_momentum(const Goal& goal);
+
+/// The goal that a text means; std::nullopt if it means none.
+std::optional<Goal> find_goal(const std::string& text);
 std::string goal_name(const Goal& goal);
-/// All names that find_goal knows.
+/// All names, without components, coordinates and reference points.
 const std::vector<std::string>& goal_names();
+
+/// What is wrong with a goal: expected X, found Y; hint.
+struct GoalMistake {
+  std::string expected;
+  std::string found;
+  std::string hint;  ///< empty: none
+
+  /// "expected x, y or z, found 'w'"
+  std::string sentence() const;
+};
+
+/// Why a text means no goal.
+GoalMistake explain_goal_mistake(const std::string& text);
+
+/// What a mechanism lacks for a goal: the component, a coordinate, the reference point.
+std::optional<GoalMistake> find_goal_mistake(const Goal& goal, const Mechanism& mechanism);
+
+/// The coordinates whose speed a goal takes as constant: the named ones, or the actuated ones. Empty without actuators:
+/// then all independent coordinates of an open chain are meant.
+std::vector<CoordinateId> list_constant_speed_coordinates(const Goal& goal, const Mechanism& mechanism);
 
 /// "static, force": the goals' names, separated by commas.
 std::string join_goal_names(const std::vector<Goal>& goals);

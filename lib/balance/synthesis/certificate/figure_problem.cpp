@@ -201,8 +201,8 @@ class FigureProblemReader {
   void read_goals() {
     using Kind = MotionForce::Kind;
     for (const Goal& goal : space_.start.design.goals) {
-      const bool has_force = goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic;
-      const bool has_moment = goal.kind == GoalKind::dynamic;
+      const bool has_force = study::requires_zero_momentum(goal);
+      const bool has_moment = has_force && study::requires_zero_angular_momentum(goal);
       if (has_force) result_.vanishing.push_back({.kind = Kind::shaking_force});
       if (has_moment) result_.vanishing.push_back({.kind = Kind::shaking_moment});
       if (!has_force) result_.ignored.push_back("the goal");

@@ -27,13 +27,11 @@ constexpr int max_trials = 60;
 
 /// Those whose conditions the linkage has.
 std::vector<Goal> goals_of(const DesignSpace& space, const PlanarLinkage& linkage) {
-  const auto requires_forces = [](const Goal& goal) {
-    return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic;
-  };
   const std::vector<Goal>& goals = space.start.design.goals;
   std::vector<Goal> result;
   if (linkage.balances_forces)
-    result.push_back({std::any_of(goals.begin(), goals.end(), requires_forces) ? GoalKind::force : GoalKind::statics});
+    result.push_back(
+        {std::any_of(goals.begin(), goals.end(), study::requires_zero_momentum) ? GoalKind::force : GoalKind::statics});
   if (linkage.balances_moments) result.push_back({GoalKind::moment});
   return result;
 }

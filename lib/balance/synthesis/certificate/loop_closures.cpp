@@ -27,8 +27,6 @@ constexpr double cancellation_tolerance = 1e-13;
 
 Coefficient unit_vector(double angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
 
-bool requires_force_balance(const Goal& goal) { return goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic; }
-
 template <class Predicate>
 bool has_goal(const DesignSpace& space, const Predicate& is_wanted) {
   const std::vector<Goal>& goals = space.start.design.goals;
@@ -51,7 +49,7 @@ void check_request(const DesignSpace& space) {
   const study::DesignRequest& request = space.start.design;
   const MechanismOf<Expression>& mechanism = space.recording->mechanism;
   if (mechanism.space != SpaceKind::planar) throw NotPolynomial("the mechanism is not planar");
-  const bool is_force = has_goal(space, requires_force_balance);
+  const bool is_force = has_goal(space, study::requires_zero_momentum);
   if (!is_force && !requires_force_or_static_balance(space) && !requires_moment_balance(space))
     throw NotPolynomial("the goals require neither balanced forces nor balanced statics or moments");
   if (!is_force && requires_force_or_static_balance(space)) check_statics(mechanism);
@@ -86,7 +84,7 @@ int find_plain_variable(const LengthPolynomial& p) {
 
 /// Whether forces of the ground's slides count only along gravity.
 bool counts_statics_alone(const DesignSpace& space) {
-  return requires_force_or_static_balance(space) && !has_goal(space, requires_force_balance);
+  return requires_force_or_static_balance(space) && !has_goal(space, study::requires_zero_momentum);
 }
 
 bool lets_turn(JointType type) { return type == JointType::revolute || type == JointType::pin_slot; }
@@ -795,8 +793,7 @@ bool has_free_lengths(const PlanarLinkage& linkage) {
 }
 
 bool requires_moment_balance(const DesignSpace& space) {
-  return has_goal(space,
-                  [](const Goal& goal) { return goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic; });
+  return has_goal(space, study::requires_zero_angular_momentum);
 }
 
 Vector3 find_moment_reference(const DesignSpace& space) {
@@ -804,8 +801,8 @@ Vector3 find_moment_reference(const DesignSpace& space) {
 }
 
 bool requires_force_or_static_balance(const DesignSpace& space) {
-  return has_goal(space,
-                  [](const Goal& goal) { return requires_force_balance(goal) || goal.kind == GoalKind::statics; });
+  return has_goal(
+      space, [](const Goal& goal) { return study::requires_zero_momentum(goal) || goal.kind == GoalKind::statics; });
 }
 
 LengthBox list_number_bounds(const DesignSpace& space) {

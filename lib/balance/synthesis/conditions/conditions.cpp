@@ -28,7 +28,7 @@ class ConditionDerivation {
   ConditionDerivation(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
       : mechanism_(mechanism),
         options_(options),
-        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))),
+        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, goals, options))),
         sampler_(mechanism, tree_, options.seed),
         random_(options.seed + 1) {
     out_.goals = goals;
@@ -49,7 +49,10 @@ class ConditionDerivation {
          ++k, min_rows *= 2) {
       if (!collect_rows(rows, configuration, min_rows, stacked_rows))
         return refuse(ConditionsStatus::not_assembled,
-                      options_.speeds.empty()
+                      rows.has_constant_speeds()
+                          ? "too few configurations were found in which the coordinates at constant speed are "
+                            "independent and the actuators hold the mechanism"
+                      : options_.speeds.empty()
                           ? "too few configurations were found in which the actuators hold the mechanism"
                           : "too few configurations were found in which the speeds determine the motion and the "
                             "actuators hold the mechanism");
@@ -136,6 +139,7 @@ class ConditionDerivation {
                              ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
         break;
       }
+    add_constant_speed_notes();
     if (!options_.speeds.empty()) return add_speeds_note(has_effort_goal);
     if (tree_.closure_rows == 0 || (!has_goal(GoalKind::gyroscopic) && !has_goal(GoalKind::decoupled))) return;
     std::string joints;
@@ -143,6 +147,23 @@ class ConditionDerivation {
       if (tree_.joint_nodes[j] >= 0 && joint_degrees_of_freedom(mechanism_.joints[j].type) > 0)
         joints += (joints.empty() ? "" : ", ") + mechanism_.joints[j].name;
     out_.notes.push_back("no velocity terms: when the efforts are written in the accelerations of " + joints);
+  }
+
+  /// Says which coordinates goals at constant speed mean, once for each set.
+  void add_constant_speed_notes() {
+    std::vector<std::string> notes;
+    for (const Goal& goal : out_.goals) {
+      if (!goal.is_at_constant_speed) continue;
+      const std::vector<CoordinateId> coordinates = study::list_constant_speed_coordinates(goal, mechanism_);
+      std::string names;
+      for (const CoordinateId c : coordinates)
+        names += (names.empty() ? "" : ", ") + mechanism_.coordinates[static_cast<std::size_t>(c)].name;
+      std::string note = "at constant speed: " + (names.empty() ? std::string("all coordinates") : names);
+      if (!names.empty() && static_cast<int>(coordinates.size()) < sampler_.freedoms())
+        note += "; other freedoms may accelerate";
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+    }
+    out_.notes.insert(out_.notes.end(), notes.begin(), notes.end());
   }
 
   void add_speeds_note(bool has_effort_goal) {
@@ -166,10 +187,15 @@ class ConditionDerivation {
 
 }  // namespace
 
-std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const ConditionOptions& options) {
+std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                                                  const ConditionOptions& options) {
   std::vector<CoordinateId> needed = mechanism.actuators;
   const std::vector<CoordinateId> of_speeds = options.speeds.coordinates();
   needed.insert(needed.end(), of_speeds.begin(), of_speeds.end());
+  for (const Goal& goal : goals) {
+    const std::vector<CoordinateId> of_goal = study::list_constant_speed_coordinates(goal, mechanism);
+    needed.insert(needed.end(), of_goal.begin(), of_goal.end());
+  }
   return needed;
 }
 

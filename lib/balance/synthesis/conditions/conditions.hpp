@@ -66,7 +66,8 @@ struct ConditionOptions {
 };
 
 /// Coordinates whose joints must not be cut when conditions are derived.
-std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const ConditionOptions& options);
+std::vector<CoordinateId> list_needed_coordinates(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                                                  const ConditionOptions& options);
 
 /// Stacks the goals' rows at random admissible configurations and velocities, finds the rank and reduces the row space.
 /// Source: P0 section 2; the method is described in docs/theory.md.

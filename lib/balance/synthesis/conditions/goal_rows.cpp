@@ -5,6 +5,7 @@
 #include "balance/mechanics/dynamics/speed_probe.hpp"
 #include "balance/mechanics/kinematics/closure.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
+#include "balance/mechanics/model/landmark.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -127,6 +128,14 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<dynamic
         parameter_unit_without_length(parameters[p].owner_kind, acceleration, length);
 }
 
+void MomentumComponents::add(const Goal& goal) {
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const bool is_wanted = goal.component < 0 || goal.component == static_cast<int>(i);
+    linear[i] = linear[i] || (is_wanted && goal.kind != GoalKind::moment);
+    angular[i] = angular[i] || (is_wanted && goal.kind != GoalKind::force);
+  }
+}
+
 template <class S>
 GoalRows<S>::GoalRows(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const NaturalUnits& units,
                       std::vector<Goal> goals, const ConditionOptions& options, int freedoms)
@@ -177,6 +186,77 @@ bool GoalRows<S>::has_goal(GoalKind kind) const {
   return std::any_of(goals_.begin(), goals_.end(), [&](const Goal& goal) { return goal.kind == kind; });
 }
 
+/// Goals with the same reference point and the same coordinates at constant speed are evaluated together.
+template <class S>
+void GoalRows<S>::list_momentum_components() {
+  for (const Goal& goal : goals_) {
+    if (goal.kind != GoalKind::force && goal.kind != GoalKind::moment && goal.kind != GoalKind::dynamic) continue;
+    const std::vector<CoordinateId> coordinates = study::list_constant_speed_coordinates(goal, mechanism_);
+    const auto known = std::find_if(momentum_components_.begin(), momentum_components_.end(),
+                                    [&](const MomentumComponents& components) {
+                                      return components.is_at_constant_speed == goal.is_at_constant_speed &&
+                                             components.coordinates == coordinates && components.about == goal.about;
+                                    });
+    if (known != momentum_components_.end()) {
+      known->add(goal);
+      continue;
+    }
+    MomentumComponents components{.is_at_constant_speed = goal.is_at_constant_speed,
+                                  .coordinates = coordinates,
+                                  .held_rows = coordinate_rows(coordinates),
+                                  .about = goal.about};
+    for (Eigen::Index row = 0; row < components.held_rows.rows(); ++row)
+      components.held_rows.row(row).stableNormalize();
+    components.add(goal);
+    momentum_components_.push_back(std::move(components));
+  }
+}
+
+/// Without actuators and loops, all coordinates are at constant speed.
+template <class S>
+void GoalRows<S>::check_constant_speeds(int freedoms) {
+  for (MomentumComponents& components : momentum_components_) {
+    if (!components.is_at_constant_speed) continue;
+    if (components.coordinates.empty()) {
+      if (freedoms != tree_.columns) {
+        mismatch_ =
+            "without actuators, a goal at constant speed of a mechanism with loops or constraints needs names of "
+            "coordinates, as in constant-speed-force of " +
+            (mechanism_.coordinates.empty() ? std::string("A") : mechanism_.coordinates.front().name);
+        return;
+      }
+      components.held_rows = MatrixX::Identity(tree_.columns, tree_.columns);
+    }
+    const auto count = static_cast<int>(components.held_rows.rows());
+    if (count <= freedoms) continue;
+    mismatch_ = std::to_string(count) + " coordinates cannot all be at constant speed, because there " +
+                (freedoms == 1 ? "is 1 degree" : "are " + std::to_string(freedoms) + " degrees") +
+                " of freedom: the goal needs names of fewer, as in constant-speed-force of " +
+                mechanism_.coordinates[static_cast<std::size_t>(components.coordinates.front())].name;
+    return;
+  }
+}
+
+/// Rates of coordinates per scaled rate of the tree's coordinates, in natural units.
+template <class S>
+MatrixX GoalRows<S>::coordinate_rows(const std::vector<CoordinateId>& coordinates) const {
+  MatrixX rows = MatrixX::Zero(static_cast<Eigen::Index>(coordinates.size()), tree_.columns);
+  Eigen::Index row = 0;
+  for (const CoordinateId coordinate : coordinates) {
+    const kinematics::LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)];
+    for (const auto& [column, ratio] : source.terms)
+      rows(row, column) = ratio * scale_[column] / (source.is_length ? tree_.characteristic_length : 1);
+    ++row;
+  }
+  return rows;
+}
+
+template <class S>
+bool GoalRows<S>::has_constant_speeds() const {
+  return std::any_of(momentum_components_.begin(), momentum_components_.end(),
+                     [](const MomentumComponents& components) { return components.is_at_constant_speed; });
+}
+
 template <class S>
 void GoalRows<S>::check_goals(int freedoms) {
   if (has_prescribed_speeds(mechanism_)) {
@@ -192,6 +272,14 @@ void GoalRows<S>::check_goals(int freedoms) {
     if (!mismatch_.empty()) return;
     dynamics::check_speeds(mechanism_, tree_, speeds_);
   }
+  for (const Goal& goal : goals_)
+    if (const std::optional<study::GoalMistake> mistake = study::find_goal_mistake(goal, mechanism_)) {
+      mismatch_ = "the goal " + goal_name(goal) + ": " + mistake->sentence();
+      return;
+    }
+  list_momentum_components();
+  check_constant_speeds(freedoms);
+  if (!mismatch_.empty()) return;
   if (extra_count_ > 0) {
     if (!mechanism_.tool) {
       mismatch_ = std::string("the goal ") + (has_goal(GoalKind::affine) ? "affine" : "proportional") +
@@ -208,14 +296,23 @@ void GoalRows<S>::check_goals(int freedoms) {
                 std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
     return;
   }
-  selection_ = MatrixX::Zero(count, tree_.columns);
-  for (int a = 0; a < count; ++a) {
-    const CoordinateId coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
-    const kinematics::LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)];
-    for (const auto& [column, ratio] : source.terms)
-      selection_(a, column) = ratio * scale_[column] / (source.is_length ? tree_.characteristic_length : 1);
-  }
+  selection_ = coordinate_rows(mechanism_.actuators);
 }
+
+namespace {
+
+/// Minimum singular value of rows for the actuators, or for coordinates at constant speed, on the admissible velocities:
+/// below it, these are far from independent, and rows are ill-conditioned.
+constexpr double min_actuator_regularity = 0.02;
+
+/// Whether rates of coordinates can be chosen independently. @param rows unit vectors
+bool are_independent(const MatrixX& rows, const MatrixX& null_space) {
+  if (rows.rows() == 0) return true;
+  const VectorX values = numerics::singular_values(rows * null_space);
+  return values.size() == rows.rows() && values.tail(1)[0] > min_actuator_regularity;
+}
+
+}  // namespace
 
 template <class S>
 bool GoalRows<S>::evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows) {
@@ -226,9 +323,13 @@ bool GoalRows<S>::evaluate(const SampledConfiguration& configuration, const Velo
   compute_poses(tree_, y_.data(), state_);
   if (needs_actuators_ && !set_actuated(configuration.null_space)) return false;
   if (!speeds_.empty() && !set_speeds(configuration.null_space)) return false;
+  for (const MomentumComponents& components : momentum_components_)
+    if (components.is_at_constant_speed && !are_independent(components.held_rows, configuration.null_space))
+      return false;
   add_efforts(probe);
   add_inertia();
   add_momentum(probe);
+  add_momentum_rates(probe, configuration.null_space);
   rows = out_.topRows(row_count_);
   return true;
 }
@@ -306,8 +407,10 @@ void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
     append_known_rows(projection, known_terms_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
   if (has_gyroscopic && speeds_.empty())
     append_rows(projection * compute_regressor(probe.velocity, zero_rate, false).torque, L * L);
-  if (has_independent)
-    append_rows(projection * compute_regressor(probe.velocity, held_bias(probe.velocity), false).torque, L * L);
+  if (has_independent) {
+    const VectorX bias = held_bias(probe.velocity, speeds_.empty() ? selection_ : speed_rows_, !speeds_.empty());
+    append_rows(projection * compute_regressor(probe.velocity, bias, false).torque, L * L);
+  }
 }
 
 /// decoupled: the effort that one actuator's acceleration requires of another; fully-: changes of the actuators'
@@ -341,26 +444,62 @@ void GoalRows<S>::add_inertia() {
 /// force, moment, dynamic, proportional, affine: momenta per unit of the admissible velocities.
 template <class S>
 void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
-  const bool is_dynamic = has_goal(GoalKind::dynamic), has_com_tool_goal = extra_count_ > 0;
-  const bool linear = is_dynamic || has_goal(GoalKind::force), angular = is_dynamic || has_goal(GoalKind::moment);
-  if (!linear && !angular && !has_com_tool_goal) return;
+  const bool has_momentum = std::any_of(momentum_components_.begin(), momentum_components_.end(),
+                                        [](const auto& components) { return !components.is_at_constant_speed; });
+  if (!has_momentum && extra_count_ == 0) return;
   const VectorX zero_rate = VectorX::Zero(tree_.columns);
-  const double L = units_.length;
-  const Vector3 about = options_.about;
   for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
     set_motion(zero_rate, probe.directions.col(k), false);
     const dynamics::InertiaRegressor<S> momentum = dynamics::compute_momentum_rate_regressor(tree_, state_);
-    if (linear) append_rows(momentum.force, L);
-    if (angular) {
-      MatrixX rows = momentum.moment;
-      if constexpr (S::angular_dimension == 1)
-        rows -= about.x() * momentum.force.row(1) - about.y() * momentum.force.row(0);
-      else
-        for (Eigen::Index p = 0; p < rows.cols(); ++p) rows.col(p) -= about.cross(Vector3(momentum.force.col(p)));
-      append_rows(rows, L * L);
-    }
-    if (has_com_tool_goal) append_com_tool_rows(momentum.force);
+    for (const MomentumComponents& components : momentum_components_)
+      if (!components.is_at_constant_speed) append_momentum(momentum, components);
+    if (extra_count_ > 0) append_com_tool_rows(momentum.force);
   }
+}
+
+/// force, moment, dynamic at constant speed: rates of the momenta at a velocity while the held coordinates H ẏ have no
+/// acceleration, and per unit of the accelerations N (1 − (H N)⁺ H N) that this leaves free.
+template <class S>
+void GoalRows<S>::add_momentum_rates(const VelocityProbe& probe, const MatrixX& null_space) {
+  const VectorX zero_rate = VectorX::Zero(tree_.columns);
+  for (const MomentumComponents& components : momentum_components_) {
+    if (!components.is_at_constant_speed) continue;
+    set_motion(probe.velocity, held_bias(probe.velocity, components.held_rows, false), false);
+    append_momentum(dynamics::compute_momentum_rate_regressor(tree_, state_), components);
+    const MatrixX held = components.held_rows * null_space;
+    if (held.rows() == null_space.cols()) continue;
+    MatrixX directions = probe.directions;
+    if (held.rows() > 0) {
+      numerics::CompleteOrthogonalDecomposition qr;
+      directions -= null_space * qr.compute(held).solve(components.held_rows * probe.directions);
+    }
+    for (Eigen::Index k = 0; k < directions.cols(); ++k) {
+      set_motion(zero_rate, directions.col(k), false);
+      append_momentum(dynamics::compute_momentum_rate_regressor(tree_, state_), components);
+    }
+  }
+}
+
+template <class S>
+void GoalRows<S>::append_momentum(const dynamics::InertiaRegressor<S>& momentum, const MomentumComponents& components) {
+  const double L = units_.length;
+  const auto append_components = [&](const MatrixX& rows, const std::array<bool, 3>& is_wanted, double unit) {
+    std::vector<int> wanted;
+    for (int i = 0; i < static_cast<int>(rows.rows()); ++i)
+      if (is_wanted[static_cast<std::size_t>(rows.rows() == 1 ? 2 : i)]) wanted.push_back(i);
+    if (!wanted.empty()) append_rows(rows(wanted, Eigen::all), unit);
+  };
+  append_components(momentum.force, components.linear, L);
+  if (components.angular == std::array<bool, 3>{}) return;
+  Vector3 about = options_.about;
+  if (!components.about.empty())
+    about = locate_landmark(mechanism_, model::find_landmark(mechanism_, components.about).value()).position;
+  MatrixX rows = momentum.moment;
+  if constexpr (S::angular_dimension == 1)
+    rows -= about.x() * momentum.force.row(1) - about.y() * momentum.force.row(0);
+  else
+    for (Eigen::Index p = 0; p < rows.cols(); ++p) rows.col(p) -= about.cross(Vector3(momentum.force.col(p)));
+  append_components(rows, components.angular, L * L);
 }
 
 /// proportional: momentum − A · tool velocity; affine: also minus B · the rates of the tool body's axes. The state
@@ -394,10 +533,8 @@ template class GoalRows<kinematics::Spatial>;
 
 namespace {
 
-/// Minimum singular value of the actuated rows of the null space: below it, C is large and rows are ill-conditioned.
-constexpr double min_actuator_regularity = 0.02;
-
-/// The same of the speeds, relative to the largest one, with normalised rows.
+/// Minimum singular value of the speeds' rows on the admissible velocities, relative to the largest one, with normalised
+/// rows.
 bool is_well_conditioned(MatrixX rows) {
   for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
   if (!rows.allFinite()) return false;
@@ -464,16 +601,16 @@ bool GoalRows<S>::set_speeds(const MatrixX& null_space) {
   return true;
 }
 
-/// The accelerations caused by a velocity while those of the actuators, or the derivatives of the speeds, are zero.
+/// The accelerations caused by a velocity while those of coordinates, or the derivatives of the speeds, are zero; the
+/// least ones, if these do not determine the motion.
 template <class S>
-VectorX GoalRows<S>::held_bias(const VectorX& velocity) {
+VectorX GoalRows<S>::held_bias(const VectorX& velocity, const MatrixX& held_rows, bool holds_speeds) {
   const VectorX dy = scale_.cwiseProduct(velocity);
   compute_velocities(tree_, dy.data(), state_);
   kinematics::compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
-  const MatrixX& held_rows = speeds_.empty() ? selection_ : speed_rows_;
   const Eigen::Index closures = tree_.closure_rows, held = held_rows.rows();
   VectorX bias = VectorX::Zero(closures + held);
-  if (!speeds_.empty()) bias.tail(held) = -speed_products(dy);
+  if (holds_speeds) bias.tail(held) = -speed_products(dy);
   kinematics::ConstraintSystem<S> system(tree_, kinematics::Drive<S>{});
   MatrixX jacobian;
   system.velocity_jacobian(y_, {}, jacobian);
@@ -494,7 +631,7 @@ VectorX GoalRows<S>::held_bias(const VectorX& velocity) {
   template bool GoalRows<S>::set_speeds(const MatrixX&);        \
   template MatrixX GoalRows<S>::speed_rows();                   \
   template VectorX GoalRows<S>::speed_products(const VectorX&); \
-  template VectorX GoalRows<S>::held_bias(const VectorX&);
+  template VectorX GoalRows<S>::held_bias(const VectorX&, const MatrixX&, bool);
 BALANCE_INSTANTIATE(kinematics::Planar)
 BALANCE_INSTANTIATE(kinematics::Spatial)
 #undef BALANCE_INSTANTIATE

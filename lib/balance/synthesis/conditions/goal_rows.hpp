@@ -11,6 +11,10 @@
 #include "balance/synthesis/conditions/configuration_sampler.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
 
+#include <array>
+#include <string>
+#include <vector>
+
 namespace balance::conditions {
 
 // Generalised forces that loads and friction require at the tree's coordinates, per unit of each known term.
@@ -63,6 +67,17 @@ struct VelocityProbe {
   VectorX velocity;    ///< an admissible velocity
 };
 
+/// Components of the momenta, or of their rates, that goals require to vanish.
+struct MomentumComponents {
+  bool is_at_constant_speed = false;        ///< rates, while the held coordinates have constant speeds
+  std::vector<CoordinateId> coordinates;    ///< at constant speed
+  MatrixX held_rows;                        ///< directions of their rates over scaled rates of the tree's coordinates
+  std::string about;                        ///< reference point of the angular momentum; empty: of the options
+  std::array<bool, 3> linear{}, angular{};  ///< along the ground's axes
+
+  void add(const Goal& goal);
+};
+
 template <class S>
 class GoalRows {
  public:
@@ -72,6 +87,8 @@ class GoalRows {
 
   /// Why the goals do not apply to this mechanism; empty if they do.
   const std::string& mismatch_reason() const { return mismatch_; }
+  /// Whether a goal takes speeds of coordinates as constant.
+  bool has_constant_speeds() const;
   /// Number of columns of terms, including known ones.
   int parameters() const { return parameters_; }
   /// Number of unknowns after the parameters: the matrices of the goals `proportional` (A) and `affine` (A, then B)
@@ -86,13 +103,16 @@ class GoalRows {
  private:
   void check_goals(int freedoms);
   bool has_goal(GoalKind kind) const;
+  void list_momentum_components();
+  void check_constant_speeds(int freedoms);
+  MatrixX coordinate_rows(const std::vector<CoordinateId>& coordinates) const;
   bool set_actuated(const MatrixX& null_space);
   bool set_speeds(const MatrixX& null_space);
   /// Speeds per scaled rate of the tree's coordinates, in natural units.
   MatrixX speed_rows();
   /// The part of the speeds' derivatives that is due to a velocity, in natural units.
   VectorX speed_products(const VectorX& dy);
-  VectorX held_bias(const VectorX& velocity);
+  VectorX held_bias(const VectorX& velocity, const MatrixX& held_rows, bool holds_speeds);
   void set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight);
   dynamics::InertiaRegressor<S> compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight);
   void append_rows(const MatrixX& rows, double unit);
@@ -102,6 +122,8 @@ class GoalRows {
   void add_static_efforts(const MatrixX& projection);
   void add_inertia();
   void add_momentum(const VelocityProbe& probe);
+  void add_momentum_rates(const VelocityProbe& probe, const MatrixX& null_space);
+  void append_momentum(const dynamics::InertiaRegressor<S>& momentum, const MomentumComponents& components);
   void append_com_tool_rows(const MatrixX& momentum);
   MatrixX spring_torques();
 
@@ -112,6 +134,7 @@ class GoalRows {
   ConditionOptions options_;
   std::string mismatch_;
   bool needs_actuators_ = false, is_fully_ = false;
+  std::vector<MomentumComponents> momentum_components_;
   int parameters_ = 0, inertial_count_ = 0, extra_count_ = 0;
   VectorX scale_;
   KnownTermColumns<S> known_terms_;

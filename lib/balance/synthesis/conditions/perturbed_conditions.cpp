@@ -60,7 +60,7 @@ class ResidualSamples : public GoalResidual::Implementation {
   ResidualSamples(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : options_(options),
         goals_(conditions.goals),
-        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))),
+        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, conditions.goals, options))),
         units_(mechanism, conditions.parameters),
         term_mask_(VectorX::Ones(conditions.matrix.cols())) {
     // terms that no parameter can balance are constant and would only hide the rest of the residual
@@ -90,7 +90,8 @@ class ResidualSamples : public GoalResidual::Implementation {
   }
 
   bool collect(const Mechanism& mechanism, const RowsCallback& callback) override {
-    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options_));
+    kinematics::Tree<S> tree =
+        kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, goals_, options_));
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
     for (const kinematics::NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
@@ -202,7 +203,8 @@ template <class S>
 class PerturbedRows : public PerturbedConditions::Implementation {
  public:
   PerturbedRows(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
-      : options_(options), tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options))) {
+      : options_(options),
+        tree_(kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, conditions.goals, options))) {
     known_conditions.goals = conditions.goals;
     known_conditions.parameters = conditions.parameters;
     known_conditions.known_term_values = conditions.known_term_values;
@@ -229,7 +231,8 @@ class PerturbedRows : public PerturbedConditions::Implementation {
 
   PerturbedRank solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
     if (!reproduces_known_) return PerturbedRank::unknown;
-    kinematics::Tree<S> tree = kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, options_));
+    kinematics::Tree<S> tree =
+        kinematics::compile_tree<S>(mechanism, list_needed_coordinates(mechanism, known_conditions.goals, options_));
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
         tree.spherical_joints != tree_.spherical_joints)
       return PerturbedRank::unknown;
