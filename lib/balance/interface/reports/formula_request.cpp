@@ -156,13 +156,23 @@ class FormulaDerivation {
                                               quote_for_message(name), append_nearest_name(name, names)));
   }
 
-  /// The conditions of a mechanism with loops or constraints on speeds, as `balance conditions` derives them.
-  std::vector<formulas::GoalConditions> derive_goal_conditions() const {
-    if (!asks_for(SheetSectionKind::conditions) || formulas::is_open_chain(study().mechanism)) return {};
-    std::vector<formulas::GoalConditions> list;
+  /// Those of a mechanism with loops or constraints on speeds, and forms of the spec's goals that are not in the sheet.
+  std::vector<Goal> list_goals_to_derive() const {
+    std::vector<Goal> goals;
     using enum GoalKind;
-    for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) {
-      formulas::GoalConditions one{{kind, false}, {}, {}, ""};
+    if (!formulas::is_open_chain(study().mechanism))
+      for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) goals.push_back({.kind = kind});
+    for (const Goal& goal : study().design.goals)
+      if (goal.is_at_constant_speed || goal.component >= 0 || !goal.about.empty()) goals.push_back(goal);
+    return goals;
+  }
+
+  /// Conditions as `balance conditions` derives them.
+  std::vector<formulas::GoalConditions> derive_goal_conditions() const {
+    if (!asks_for(SheetSectionKind::conditions)) return {};
+    std::vector<formulas::GoalConditions> list;
+    for (const Goal& goal : list_goals_to_derive()) {
+      formulas::GoalConditions one{goal, {}, {}, ""};
       BalanceRequest balance;
       balance.goals = {one.goal};
       ConditionsOutcome outcome = derive_conditions_data(balance, source_.space);

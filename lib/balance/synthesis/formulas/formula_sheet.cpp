@@ -459,11 +459,8 @@ SheetSection derive_reduced_section(const Mechanism& mechanism, const SheetOptio
 /// Sections of conditions, or notes why there are none.
 void add_conditions(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet) {
   const SymbolicEquations& e = sheet.equations;
-  if (options.conditions.empty()) {
-    if (e.closure.empty() && !has_velocity_constraints(mechanism))
-      for (SheetSection& section : make_condition_sections(e)) sheet.sections.push_back(std::move(section));
-    return;
-  }
+  if (e.closure.empty() && !has_velocity_constraints(mechanism))
+    for (SheetSection& section : make_condition_sections(e)) sheet.sections.push_back(std::move(section));
   bool has_numbers = false;
   for (const GoalConditions& one : options.conditions) {
     const std::string goal = study::goal_name(one.goal);

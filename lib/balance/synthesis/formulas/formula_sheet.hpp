@@ -79,7 +79,8 @@ struct SheetOptions {
   ParameterExpressions expressions = ParameterExpressions::symbols;
   std::optional<SolveRequest> solve = {};
   std::vector<std::string> independent = {};  ///< names of coordinates; empty: a choice
-  /// Of mechanisms whose conditions are not coefficients of the formulas: those with loops or constraints on speeds.
+  /// Conditions that are not coefficients of the formulas: of mechanisms with loops or constraints on speeds, and of
+  /// forms of goals.
   std::vector<GoalConditions> conditions = {};
   std::vector<model::GeneralisedSpeed> speeds = {};  ///< of the section `speeds`
 };

@@ -97,20 +97,32 @@ std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entrie
   return independent_rows;
 }
 
-/// What must vanish at every pose for a goal.
-static std::vector<Polynomial> list_goal_entries(const SymbolicEquations& e, GoalKind kind) {
-  const std::size_t n = e.M.size();
+/// Derivatives of Σ m r, whose rate is the linear momentum Σ ∂h/∂q q̇; at constant speeds its own rate is
+/// Σ ∂²h/∂q∂q′ q̇ q̇′.
+static std::vector<Polynomial> list_force_entries(const SymbolicEquations& e, const Goal& goal) {
+  const auto n = static_cast<int>(e.M.size());
   std::vector<Polynomial> entries;
-  if (kind == GoalKind::force) {
-    for (const Polynomial& h : e.moment)
-      for (std::size_t c = 0; c < n; ++c) entries.push_back(column_derivative(e.tree, h, static_cast<int>(c)));
-    return entries;
+  for (std::size_t axis = 0; axis < e.moment.size(); ++axis) {
+    if (goal.component >= 0 && goal.component != static_cast<int>(axis)) continue;
+    for (int c = 0; c < n; ++c) {
+      const Polynomial momentum = column_derivative(e.tree, e.moment[axis], c);
+      if (!goal.is_at_constant_speed) entries.push_back(momentum);
+      for (int d = 0; goal.is_at_constant_speed && d <= c; ++d)
+        entries.push_back(column_derivative(e.tree, momentum, d));
+    }
   }
-  entries = e.z;
-  if (kind == GoalKind::statics) return entries;
+  return entries;
+}
+
+/// What must vanish at every pose for a goal.
+static std::vector<Polynomial> list_goal_entries(const SymbolicEquations& e, const Goal& goal) {
+  if (goal.kind == GoalKind::force) return list_force_entries(e, goal);
+  const std::size_t n = e.M.size();
+  std::vector<Polynomial> entries = e.z;
+  if (goal.kind == GoalKind::statics) return entries;
   for (const Matrix& rows : e.D)
     for (const Row& row : rows) entries.insert(entries.end(), row.begin(), row.end());
-  if (kind != GoalKind::decoupled) return entries;
+  if (goal.kind != GoalKind::decoupled) return entries;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 1; j < n; ++j) entries.push_back(e.M[i][j]);
   return entries;
@@ -119,7 +131,7 @@ static std::vector<Polynomial> list_goal_entries(const SymbolicEquations& e, Goa
 std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
   std::vector<SheetSection> sections;
   for (const GoalKind kind : {GoalKind::statics, GoalKind::force, GoalKind::gyroscopic, GoalKind::decoupled}) {
-    const std::vector<Polynomial> entries = list_goal_entries(e, kind);
+    const std::vector<Polynomial> entries = list_goal_entries(e, {.kind = kind});
     SheetSection section{
         SheetSectionKind::conditions, "Conditions for the goal " + study::goal_name({kind, false}), {}, {}, 0};
     for (const Polynomial& entry : entries) section.terms += entry.size();
@@ -148,7 +160,9 @@ bool has_symbolic_conditions(const Mechanism& mechanism, const std::vector<Goal>
            using enum GoalKind;
            const bool is_derived = goal.kind == statics || goal.kind == gyroscopic ||
                                    goal.kind == gyroscopic_independent || goal.kind == decoupled;
-           return !goal.is_fully && (goal.kind == force || (is_derived && is_actuated));
+           const bool is_uniform =
+               !goal.is_at_constant_speed || (goal.coordinates.empty() && (is_actuated || mechanism.actuators.empty()));
+           return !goal.is_fully && ((goal.kind == force && is_uniform) || (is_derived && is_actuated));
          });
 }
 
@@ -156,7 +170,7 @@ std::vector<Polynomial> derive_symbolic_conditions(const SymbolicEquations& e, c
   std::vector<Polynomial> entries;
   std::size_t terms = 0;
   for (const Goal& goal : goals)
-    for (Polynomial& entry : list_goal_entries(e, goal.kind)) {
+    for (Polynomial& entry : list_goal_entries(e, goal)) {
       terms += entry.size();
       entries.push_back(std::move(entry));
     }
