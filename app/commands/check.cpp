@@ -75,7 +75,10 @@ Command setup_check(CLI::App& program) {
   add_verbose_flag(*parser, options->spec.verbose);
   parser->footer(
       "Prints degrees of freedom, loops, redundant constraints, passive freedoms, mass, centre of\n"
-      "mass and the assembly modes found at the start pose, each with the line that selects it.\n\n"
+      "mass and the assembly modes found at the start pose, each with the line that selects it. Of a\n"
+      "body whose only joint is a revolute one with the ground, it says the static and couple unbalance,\n"
+      "the unbalances in two correction planes and, for trajectories that turn it at constant speed, the\n"
+      "balance quality grade of ISO 21940-11.\n\n"
       "--verify computes every trajectory and the force-balance conditions of a planar mechanism a second\n"
       "time, by an independent method in natural coordinates. Relative differences up to 1e-9 are\n"
       "round-off.\n\n"

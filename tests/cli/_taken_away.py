@@ -42,7 +42,7 @@ def spec_text(spec):
 def specs():
     """Every spec of the project, by its path in CONFIGS."""
     folder = pathlib.Path(CONFIGS)
-    found = [*folder.glob("*.yaml"), *folder.glob("poses/*.yaml"), *folder.glob("starters/*.yaml")]
+    found = [*folder.glob("*.yaml"), *folder.glob("poses/*.yaml"), *folder.glob("starters/*.yaml"), *folder.glob("machines/*.yaml")]
     return sorted(str(path.relative_to(folder)) for path in found)
 
 

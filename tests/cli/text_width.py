@@ -12,7 +12,8 @@ WIDTH = 80
 
 def specs():
     found = [os.path.basename(path) for path in glob.glob(os.path.join(CONFIGS, "*.yaml"))]
-    found += [f"poses/{os.path.basename(path)}" for path in glob.glob(os.path.join(CONFIGS, "poses", "*.yaml"))]
+    for folder in ("poses", "machines"):
+        found += [f"{folder}/{os.path.basename(path)}" for path in glob.glob(os.path.join(CONFIGS, folder, "*.yaml"))]
     return draw("mechanisms whose text is measured", sorted(found), 0.15)
 
 

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <numbers>
+
 namespace balance::reports {
 namespace {
 
@@ -25,6 +27,36 @@ Json mode_json(const verification::AssemblyMode& mode, const Mechanism& mechanis
           {"assembly", mode.assembly_line},
           {"selected", mode.is_selected},
           {"motions", mode.motions}};
+}
+
+Json correction_plane_json(const verification::CorrectionPlane& plane) {
+  return {{"name", plane.name},
+          {"position", plane.position},
+          {"unbalance", plane.unbalance.magnitude},
+          {"angle", plane.unbalance.angle},
+          {"share", plane.share}};
+}
+
+Json rotor_quality_json(const verification::RotorQuality& quality) {
+  return {{"trajectory", quality.trajectory},
+          {"speed", quality.speed},
+          {"quality", quality.quality},
+          {"grade", quality.grade > 0 ? Json(quality.grade) : Json()}};
+}
+
+Json rotor_json(const verification::RotorUnbalance& rotor) {
+  Json json = {{"body", rotor.body},
+               {"joint", rotor.joint},
+               {"mass", rotor.mass},
+               {"angle_reference", rotor.angle_reference},
+               {"static_unbalance", rotor.static_unbalance.magnitude},
+               {"static_angle", rotor.static_unbalance.angle},
+               {"eccentricity", rotor.eccentricity}};
+  json["couple_unbalance"] = rotor.is_spatial ? Json(rotor.couple_unbalance.magnitude) : Json();
+  json["couple_angle"] = rotor.is_spatial ? Json(rotor.couple_unbalance.angle) : Json();
+  json["planes"] = files::list_json(rotor.planes, correction_plane_json);
+  json["qualities"] = files::list_json(rotor.qualities, rotor_quality_json);
+  return json;
 }
 
 ReportFields<verification::QuantityDifference> difference_fields(double tolerance) {
@@ -86,6 +118,7 @@ Json check_json(const CheckReport& report, const Mechanism& mechanism, const std
   json["start"] = coordinates_json(report.start, mechanism);
   json["modes"] = files::list_json(report.modes,
                                    [&](const verification::AssemblyMode& mode) { return mode_json(mode, mechanism); });
+  json["rotors"] = files::list_json(report.rotors, rotor_json);
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verification != nullptr) json["verification"] = verify_json(*verification);
@@ -219,6 +252,51 @@ std::string modes_text(const CheckReport& report, std::size_t width) {
   return text;
 }
 
+/// "12 kg m at 267.5 deg"; "none"
+std::string unbalance_text(const verification::UnbalanceVector& unbalance, const char* unit,
+                           const files::TextOptions& options) {
+  if (unbalance.magnitude == 0) return "none";
+  const files::DisplayUnit of_size = files::find_display_unit(unit, options.units),
+                           of_angle = files::find_display_unit("rad", options.units);
+  return fmt::format("{:.6g} {} at {:.6g} {}", of_size.convert(unbalance.magnitude), of_size.name,
+                     of_angle.convert(unbalance.angle), of_angle.name);
+}
+
+std::string quality_text(const verification::RotorQuality& quality, const files::TextOptions& options) {
+  const files::DisplayUnit speed = files::find_display_unit("rad/s", options.units);
+  const double turns_per_minute = 60 * quality.speed / (2 * std::numbers::pi);
+  return fmt::format("G = {:.4g} mm/s at {:.6g} {} ({:.6g}/min); {}", quality.quality, speed.convert(quality.speed),
+                     speed.name, turns_per_minute,
+                     quality.grade > 0 ? fmt::format("within G {:g}", quality.grade) : "outside G 4000");
+}
+
+/// Unbalance in the words of ISO 21940.
+std::string rotor_text(const verification::RotorUnbalance& rotor, const files::TextOptions& options) {
+  const std::size_t width = options.width;
+  const files::DisplayUnit length = files::find_display_unit("m", options.units),
+                           mass = files::find_display_unit("kg", options.units);
+  std::string text = format_property("rotor " + rotor.body,
+                                     fmt::format("{:.6g} {} on {}; angles from {}.{}", mass.convert(rotor.mass),
+                                                 mass.name, rotor.joint, rotor.body, rotor.angle_reference),
+                                     width);
+  std::string eccentricity;
+  if (rotor.eccentricity > 0)
+    eccentricity = fmt::format(", eccentricity {:.6g} {}", length.convert(rotor.eccentricity), length.name);
+  text += format_property("  static unbalance", unbalance_text(rotor.static_unbalance, "kg m", options) + eccentricity,
+                          width);
+  if (rotor.is_spatial)
+    text += format_property("  couple unbalance", unbalance_text(rotor.couple_unbalance, "kg m^2", options), width);
+  for (const verification::CorrectionPlane& plane : rotor.planes)
+    text +=
+        format_property("  plane of " + plane.name,
+                        fmt::format("{}, {:.6g} {} along the axis", unbalance_text(plane.unbalance, "kg m", options),
+                                    length.convert(plane.position), length.name),
+                        width);
+  for (const verification::RotorQuality& quality : rotor.qualities)
+    text += format_property("  along " + quality.trajectory, quality_text(quality, options), width);
+  return text;
+}
+
 }  // namespace
 
 std::string check_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options) {
@@ -246,6 +324,7 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism, co
     text += start_text(report, mechanism, options);
     text += modes_text(report, width);
   }
+  for (const verification::RotorUnbalance& rotor : report.rotors) text += rotor_text(rotor, options);
   for (const std::string& note : report.notes) text += files::wrap_lines("note: " + note + "\n", width);
   return text;
 }

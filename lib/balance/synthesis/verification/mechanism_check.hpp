@@ -4,6 +4,7 @@
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/motion/study/study.hpp"
+#include "balance/synthesis/verification/rotor_unbalance.hpp"
 
 #include <functional>
 #include <string>
@@ -47,6 +48,7 @@ struct CheckReport {
   std::vector<double> start;      ///< coordinates at the start pose
   std::vector<AssemblyMode>
       modes;  ///< found at the start pose; large mechanisms have fewer random starts (a note says how many)
+  std::vector<RotorUnbalance> rotors;  ///< with the payloads that come and go
   std::vector<std::string> notes;
 };
 
