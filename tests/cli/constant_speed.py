@@ -60,7 +60,7 @@ class ConstantSpeed(Case):
         total = sum(p["unbalance"] * complex(math.cos(p["angle"]), math.sin(p["angle"])) for p in rotor["planes"])
         self.assertAlmostEqual(abs(total - complex(ux, uy)), 0, delta=1e-12)
         text = unwrapped(run("check", name).stdout)
-        for part in ("rotor shaft", "static unbalance", "couple unbalance", "plane of P1, P2, P3", "along turn", "within G"):
+        for part in ("rotor shaft", "static unbalance", "couple unbalance", "plane at 0.1 m", "along turn", "within G"):
             self.assertIn(part, text)
 
     def test_check_says_that_a_balanced_rotor_has_no_unbalance(self):

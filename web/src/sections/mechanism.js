@@ -13,6 +13,13 @@ function table(caption, head, rows) {
 
 const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => formatIn(x, "m")).join(", ");
 
+/** Static and couple unbalance, and the grades of ISO 21940-11 that the rotor reaches. */
+function unbalanceText(rotor) {
+  const couple = rotor.couple_unbalance === null ? [] : [`couple ${withUnit(rotor.couple_unbalance, "kg m^2")}`];
+  const grades = rotor.qualities.map((one) => `G ${format(one.quality)} mm/s along ${one.trajectory}`);
+  return [`static ${withUnit(rotor.static_unbalance, "kg m")}`, ...couple, ...grades].join("; ");
+}
+
 function kinematics(check) {
   if (check.degrees_of_freedom === undefined) return null;
   const facts = [
@@ -21,6 +28,7 @@ function kinematics(check) {
     ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.closure_equations, "equation")}`]),
     ...check.redundant.map((text) => ["Redundant", text]),
     ...check.passive_freedoms.map((text) => ["Passive freedom", text]),
+    ...check.rotors.map((rotor) => [`Unbalance of ${rotor.body}`, unbalanceText(rotor)]),
   ];
   return h("dl", {class: "facts"}, facts.map(([name, text]) => [h("dt", {}, name), h("dd", {}, text)]).flat());
 }

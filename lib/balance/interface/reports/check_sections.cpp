@@ -288,10 +288,8 @@ std::string rotor_text(const verification::RotorUnbalance& rotor, const files::T
     text += format_property("  couple unbalance", unbalance_text(rotor.couple_unbalance, "kg m^2", options), width);
   for (const verification::CorrectionPlane& plane : rotor.planes)
     text +=
-        format_property("  plane of " + plane.name,
-                        fmt::format("{}, {:.6g} {} along the axis", unbalance_text(plane.unbalance, "kg m", options),
-                                    length.convert(plane.position), length.name),
-                        width);
+        format_property(fmt::format("  plane at {:.6g} {}", length.convert(plane.position), length.name),
+                        fmt::format("{} ({})", unbalance_text(plane.unbalance, "kg m", options), plane.name), width);
   for (const verification::RotorQuality& quality : rotor.qualities)
     text += format_property("  along " + quality.trajectory, quality_text(quality, options), width);
   return text;

@@ -95,7 +95,7 @@ GoalReading read_goal(const std::string& given) {
     component = std::string(trim(std::string_view(text).substr(bracket + 1, text.size() - bracket - 2)));
     if (component.size() != 1 || components.find(component) == std::string_view::npos)
       return fail("a component x, y or z of the goal " + quote_for_message(text.substr(0, bracket)), component);
-    text.resize(bracket);
+    text = std::string(trim(std::string_view(text).substr(0, bracket)));
   }
   Goal goal;
   const std::vector<Goal> goals = list_base_goals();
@@ -108,16 +108,16 @@ GoalReading read_goal(const std::string& given) {
   if (!component.empty()) goal.component = static_cast<int>(components.find(component));
   if (of && !goal.is_at_constant_speed)
     return fail("a goal at constant speed (constant-speed-force, -moment or -dynamic) before 'of' coordinates", text);
-  for (std::string rest = of.value_or(""); of && (goal.coordinates.empty() || !rest.empty());) {
+  for (std::string rest = of.value_or(""); !rest.empty();) {
     const std::optional<std::string> next = cut_off(rest, and_word);
-    if (rest.empty()) return fail("names of coordinates after 'of', with 'and' between them", given);
-    goal.coordinates.push_back(std::exchange(rest, next.value_or("")));
+    if (std::find(goal.coordinates.begin(), goal.coordinates.end(), rest) == goal.coordinates.end())
+      goal.coordinates.push_back(rest);
+    rest = next.value_or("");
   }
   if (about && goal.kind != GoalKind::moment)
     return fail(
         "a goal of moment before 'about' and a point", text,
         goal.kind == GoalKind::dynamic ? "without a shaking force the moment is the same about every point" : "");
-  if (about && about->empty()) return fail("a point of the ground after 'about'", given);
   goal.about = about.value_or("");
   return {goal, {}};
 }
