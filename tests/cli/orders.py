@@ -78,6 +78,25 @@ class Orders(Case):
         done = run("compare", SPEC + ":steady", SPEC + ":steady", "--require", f"abs(peak(shaking_force) - {peak!r}) <= 1e-9")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_engines(self):
+        """An inline four and a V-twin by hand; a radial engine as printed (Bevan ex. 12 p. 517, exact)."""
+        for name, amplitudes in (("inline-four", {("x", 2): 3545.64819, ("x", 4): 83.5768281, ("x", 6): 2.21637752, ("x", 1): 0, ("", 3): 0, ("y", 2): 0}),
+                                 ("v-twin", {("x", 1): 6884.04907, ("y", 1): 6884.04907, ("y", 2): 1253.57594, ("x", 2): 0,
+                                             ("x", 4): 29.5488709, ("y", 4): 0})):
+            _, found = self.orders(os.path.join(CONFIGS, "machines", name + ".yaml"), 8)
+            for (component, order), amplitude in amplitudes.items():
+                self.assertAlmostEqual(found[("shaking_force", component, order)]["amplitude"], amplitude, delta=max(1e-8, 2e-9 * amplitude),
+                                       msg=(name, component, order))
+        _, found = self.orders(os.path.join(CONFIGS, "machines", "radial-three.yaml"), 4)
+        for order, part, other, amplitude, delta in ((1, "forward", "backward", 4264.13, 5e-3), (2, "backward", "forward", 1208.195, 5e-4)):
+            row = found[("shaking_force", "", order)]
+            self.assertAlmostEqual(row[part], amplitude, delta=delta)
+            self.assertLess(row[other], 1e-8)
+        self.assertAlmostEqual(found[("shaking_force", "", 4)]["amplitude"], 24.25, delta=5e-3)
+        _, found = self.orders(os.path.join(CONFIGS, "machines", "inline-four.yaml"), 8)
+        for order in range(1, 9):
+            self.assertLess(found[("shaking_moment", "", order)]["amplitude"], 1e-9)
+
     def test_shafts_are_bodies_with_gears(self):
         file, other = self.path("discs.h5"), self.path("bodies.h5")
         text = config("machines/single-cylinder.yaml", ("discs:.*?\n\n", ""), ("points: {O: .0, 0.}\n", "points: {O: [0, 0], S1: [0, 0.06], S2: [0, 0.05], S3: [0, -0.05]}\n"),
