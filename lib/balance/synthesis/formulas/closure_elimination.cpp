@@ -554,6 +554,7 @@ ClosureElimination::ClosureElimination(Ring& ring, const SymbolicEquations& equa
 ClosureElimination::~ClosureElimination() = default;
 
 const std::vector<int>& ClosureElimination::independent() const { return implementation_->choice().independent; }
+const std::vector<VectorX>& ClosureElimination::poses() const { return implementation_->choice().poses; }
 const Polynomial& ClosureElimination::rate(std::size_t column, std::size_t u) const {
   return implementation_->rate(column, u);
 }

@@ -3,7 +3,7 @@
 /// is short, otherwise in named steps, each of which uses only those before it.
 
 #include "balance/synthesis/formulas/closed_poses.hpp"
-#include "balance/synthesis/formulas/formula_sheet.hpp"
+#include "balance/synthesis/formulas/sheet_formula.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -63,6 +63,8 @@ class ClosureElimination {
   ClosureElimination& operator=(const ClosureElimination&) = delete;
 
   const std::vector<int>& independent() const;
+  /// At which the loops close, per column.
+  const std::vector<VectorX>& poses() const;
   /// C: 0, 1, a single term, or a symbol that rate_steps() define.
   const Polynomial& rate(std::size_t column, std::size_t u) const;
   const std::vector<SheetFormula>& rate_steps() const;

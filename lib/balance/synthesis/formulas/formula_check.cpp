@@ -64,6 +64,8 @@ constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
 /// Redundant closures depend on the others only up to the round-off of the pose.
 constexpr double redundancy_threshold = 1e-7;
 constexpr double min_pose_regularity = 1e-2, closure_consistency_tolerance = 1e-10;
+/// Of the coordinates from those of another assembly [rad or m].
+constexpr double max_assembly_difference = 1e-6;
 
 class EngineComparison {
  public:
@@ -111,7 +113,7 @@ class EngineComparison {
     if (!tree_effort.allFinite() || !engine_effort.allFinite()) return false;
     error = std::max(error, numerics::max_abs(tree_effort - engine_effort) / std::max(scale, 1e-300));
     double other_error = max_derived_error(y);
-    if (!sheet_.independent.empty()) other_error = std::max(other_error, reduced_error(y, v, a, engine_effort, scale));
+    if (sheet_.reduced) other_error = std::max(other_error, reduced_error(y, v, a, engine_effort, scale));
     if (sheet_.regressor)
       other_error = std::max(other_error,
                              max_regressor_error(sheet_, texts_, engine_, {to_list(y), dy, B * a + gamma, B, q, v, a}));
@@ -172,7 +174,7 @@ class EngineComparison {
       for (const SheetFormula& formula : section.formulas)
         if (formula.symbol >= 0)
           values_.names[formula.label()] = pose.symbols[static_cast<std::size_t>(formula.symbol)] =
-              pose(formula.value) / pose(formula.denominator);
+              evaluate_formula(formula, pose.symbols, pose.angles);
     return values_;
   }
 
@@ -223,41 +225,46 @@ class EngineComparison {
     });
   }
 
-  /// The printed steps, one after the other, then the printed torques in the independent coordinates. Whatever is wrong
-  /// in a step shows in these.
+  /// The torques in the independent coordinates from the printed steps, one after the other. Whatever is wrong in a step
+  /// shows in these.
   double reduced_error(const VectorX& y, const VectorX& v, const VectorX& a, const VectorX& expected, double scale) {
-    std::map<std::string, double> names = values_at(y).names, values;
-    for (std::size_t s = 0; s < sheet_.sections.size(); ++s) {
-      const SheetSection& section = sheet_.sections[s];
-      for (std::size_t k = 0; k < section.formulas.size(); ++k) {
-        const SheetFormula& formula = section.formulas[k];
-        if (formula.symbol < 0 && section.section != SheetSectionKind::reduced) continue;
-        const auto text = texts_.find(text_key(s, k, section.section, formula.label()));
-        if (text == texts_.end()) return 0;  // the section is not printed
-        const double value = evaluate_text(text->second, names);
-        (formula.symbol >= 0 ? names : values)[formula.label()] = value;
-      }
-    }
-    const auto value_of = [&](const char* name, std::initializer_list<std::size_t> indices) {
-      const auto known = values.find(name + index_text(indices, sheet_.independent.size()));
-      return known == values.end() ? 0.0 : known->second;
-    };
+    const auto printed = printed_reduced_pose(y);
+    if (!printed) return 0;
+    const PoseValues& pose = *printed;
+    const ReducedEquations& e = *sheet_.reduced;
     const auto component = [](const VectorX& x, std::size_t i) { return x[static_cast<Eigen::Index>(i)]; };
     double max_error = 0;
-    const std::size_t d = sheet_.independent.size();
+    const std::size_t d = e.independent.size();
     for (std::size_t i = 0; i < d; ++i) {
-      double torque = value_of("zhat", {i});
+      double torque = pose(e.z[i]);
       for (std::size_t j = 0; j < d; ++j) {
-        torque += value_of("Mhat", {std::min(i, j), std::max(i, j)}) * component(a, j);
+        torque += pose(e.M[i][j]) * component(a, j);
         for (std::size_t k = j; k < d; ++k)
-          torque += (j == k ? 1 : 2) * value_of("Dhat", {i, j, k}) * component(v, j) * component(v, k);
+          torque += (j == k ? 1 : 2) * pose(e.D[i][j][k]) * component(v, j) * component(v, k);
       }
       max_error = std::max(max_error, std::abs(torque - component(expected, i)) / std::max(scale, 1e-300));
     }
     return max_error;
   }
 
-  double printed_entry(const char* name, std::initializer_list<std::size_t> indices, std::size_t count,
+  /// The values of what the steps define, up to the section `reduced`; nothing if one is not printed.
+  std::optional<PoseValues> printed_reduced_pose(const VectorX& y) {
+    std::map<std::string, double> names = values_at(y).names;
+    for (std::size_t s = 0; s < sheet_.sections.size(); ++s) {
+      const SheetSection& section = sheet_.sections[s];
+      for (std::size_t k = 0; k < section.formulas.size(); ++k) {
+        const SheetFormula& formula = section.formulas[k];
+        if (formula.symbol < 0) continue;
+        const auto text = texts_.find(text_key(s, k, section.section, formula.label()));
+        if (text == texts_.end()) return std::nullopt;
+        names[formula.label()] = evaluate_text(text->second, names);
+      }
+      if (section.section == SheetSectionKind::reduced) break;
+    }
+    return evaluate_pose(*sheet_.ring, names);
+  }
+
+  double printed_entry(const std::string& name, std::initializer_list<std::size_t> indices, std::size_t count,
                        const Polynomial& p, const VectorX& y) {
     return printed_at(name + index_text(indices, count), p, y);
   }
@@ -267,10 +274,11 @@ class EngineComparison {
   double max_speeds_error(const VectorX& y) {
     const SpeedFormulas& s = *sheet_.speeds;
     const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
-    if (!terms_) terms_.emplace(mechanism_);
+    if (!terms_) terms_.emplace(mechanism_, engine_options(sheet_, mechanism_));
     const VectorX coordinates = all_coordinates(y);
-    VectorX q(n_);
-    for (Eigen::Index k = 0; k < n_; ++k) q[k] = coordinates[terms_->independent()[static_cast<std::size_t>(k)]];
+    VectorX q(terms_->degrees_of_freedom());
+    for (Eigen::Index k = 0; k < q.size(); ++k) q[k] = coordinates[terms_->independent()[static_cast<std::size_t>(k)]];
+    if (!assemble_terms(q, coordinates)) return std::numeric_limits<double>::infinity();
     const auto found = terms_->speed_terms(q, {sheet_.chosen_speeds.in(mechanism_), {}});
     const auto plain = terms_->independent_terms(q);
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -299,6 +307,21 @@ class EngineComparison {
                      max_relation_error(found.value, all, y)});
   }
 
+  /// In the pose's assembly mode.
+  bool assemble_terms(const VectorX& q, const VectorX& coordinates) {
+    if (sheet_.equations.closure.empty()) return true;
+    std::vector<CoordinateValue> values;
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
+      values.push_back({static_cast<int>(c), coordinates[static_cast<Eigen::Index>(c)]});
+    const auto found = terms_->assemble(q, values);
+    if (!found) return false;
+    double difference = 0;
+    for (Eigen::Index c = 0; c < coordinates.size(); ++c)
+      difference =
+          std::max(difference, std::abs(std::remainder(found.value[c] - coordinates[c], 2 * std::numbers::pi)));
+    return difference < max_assembly_difference;
+  }
+
   /// Of the speeds that follow from the independent ones.
   double max_relation_error(const dynamics::SpeedTerms& engine, std::size_t count, const VectorX& y) {
     const SpeedFormulas& s = *sheet_.speeds;
@@ -310,11 +333,12 @@ class EngineComparison {
       product_scale = std::max(product_scale, numerics::max_abs(engine.acceleration[i]));
       for (std::size_t j = 0; j < s.independent.size(); ++j) {
         const auto r = static_cast<Eigen::Index>(i), c = static_cast<Eigen::Index>(j);
-        error =
-            std::max(error, std::abs(printed_entry("C", {i, j}, count, s.C[row][j], y) - engine.transformation(r, c)));
+        error = std::max(
+            error, std::abs(printed_entry(s.C_name, {i, j}, count, s.C[row][j], y) - engine.transformation(r, c)));
         for (std::size_t k = j; k < s.independent.size(); ++k)
-          product_error = std::max(product_error, std::abs(printed_entry("c", {i, j, k}, count, s.c[row][j][k], y) -
-                                                           engine.acceleration[i](c, static_cast<Eigen::Index>(k))));
+          product_error =
+              std::max(product_error, std::abs(printed_entry(s.c_name, {i, j, k}, count, s.c[row][j][k], y) -
+                                               engine.acceleration[i](c, static_cast<Eigen::Index>(k))));
       }
       ++row;
     }

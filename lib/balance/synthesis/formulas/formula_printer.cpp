@@ -376,8 +376,8 @@ bool is_greek(const std::string& word) {
 
 /// Names of formulas whose letters are not those that are printed. Blocks in natural coordinates are complex numbers.
 std::string decorated_letter(const std::string& head) {
-  for (const char* name : {"Mhat", "Dhat", "zhat"})
-    if (head == name) return "\\hat " + head.substr(0, 1);
+  for (const char* name : {"Mhat", "Dhat", "zhat", "Cbar", "cbar", "Wbar", "Wtilde", "Ntilde"})
+    if (head == name) return "\\" + head.substr(1) + " " + head.substr(0, 1);
   if (head == "Mre" || head == "Cre") return "\\Re " + head.substr(0, 1);
   if (head == "Mim" || head == "Cim") return "\\Im " + head.substr(0, 1);
   return "";

@@ -4,6 +4,7 @@
 #include "balance/synthesis/formulas/closure_solution.hpp"
 #include "balance/synthesis/formulas/reduced_equations.hpp"
 #include "balance/synthesis/formulas/solved_conditions.hpp"
+#include "balance/synthesis/formulas/speeds_section.hpp"
 #include "balance/synthesis/formulas/symbolic_conditions.hpp"
 
 #include <fmt/format.h>
@@ -228,57 +229,6 @@ SheetSection make_natural_section(const NaturalEquations& e) {
   return section;
 }
 
-/// @param with_tree whether other sections have the terms of the tree
-SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
-  const SpeedFormulas& s = *sheet.speeds;
-  const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
-  std::string names, dependent;
-  for (std::size_t i = 0; i < s.names.size(); ++i) {
-    std::string& list = s.is_independent(i) ? names : dependent;
-    list += (list.empty() ? "" : ", ") + s.names[i];
-  }
-  SheetSection section{
-      SheetSectionKind::speeds,
-      "In the speeds " + names +
-          ": speed i is the sum of W_ij times the rate of coordinate j, and that rate of V_ij times speed j. The "
-          "effort "
-          "at speed i has M_ij times the derivative of speed j, w_ijk times the speeds j and k, for both orders, and "
-          "z_i" +
-          (dependent.empty() ? "" : "; " + dependent + " follow: C_ij times speed j, and c_ijk in their derivatives"),
-      {},
-      {},
-      0};
-  std::set<std::string> defined;
-  for (const SheetFormula& definition : s.definitions) {
-    defined.insert(definition.label());
-    if (!with_tree || definition.name != "D") section.add(definition);
-  }
-  const auto add = [&](const char* name, std::initializer_list<std::size_t> indices, const Polynomial& value,
-                       std::size_t count) {
-    const std::string text = index_text(indices, count);
-    if (!defined.contains(name + text)) section.add({name, text, value});
-  };
-  for (std::size_t i = 0; i < s.W.size(); ++i)
-    for (std::size_t j = 0; j < n; ++j) add("W", {i, j}, s.W[i][j], all);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j) add("V", {i, j}, s.V[i][j], n);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i; j < n; ++j) add("M", {i, j}, s.M[i][j], n);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = j; k < n; ++k) add("w", {i, j, k}, s.w[i][j][k], n);
-  for (std::size_t i = 0; i < n; ++i) add("z", {i}, s.z[i], n);
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < s.names.size(); ++i) {
-    if (s.is_independent(i)) continue;
-    for (std::size_t j = 0; j < n; ++j) add("C", {i, j}, s.C[row][j], all);
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = j; k < n; ++k) add("c", {i, j, k}, s.c[row][j][k], all);
-    ++row;
-  }
-  return section;
-}
-
 void add_natural_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   std::string list;
   for (std::size_t k = 0; k < sheet.natural->points.size(); ++k)
@@ -321,13 +271,13 @@ void add_zero_notes(FormulaSheet& sheet) {
   }
 }
 
-/// `l cos(theta2), W3`: each product once, without its number.
-std::string list_divisors(const FormulaSheet& sheet) {
+/// `l cos(theta2), W3`: each product once, without its number. @param divisors single terms
+std::string list_divisors(const FormulaSheet& sheet, const std::vector<Polynomial>& divisors) {
   FormulaPrinter printer(*sheet.ring);
   std::string list;
   std::set<std::string> listed;
-  for (const auto& [pivot, size] : sheet.pivots) {
-    Term term = pivot.terms()[0];  // the only one
+  for (const Polynomial& divisor : divisors) {
+    Term term = divisor.terms()[0];
     if (term.monomial.is_one() && term.wave == 0) continue;
     term.coefficient = 1;
     const std::string text = printer.print(Polynomial::of_terms(sheet.ring.get(), {term}));
@@ -336,15 +286,36 @@ std::string list_divisors(const FormulaSheet& sheet) {
   return list;
 }
 
+/// Names the determinant of the speeds.
+void add_speeds_note(FormulaSheet& sheet) {
+  std::vector<Polynomial> divisors;
+  for (const Polynomial& divisor : sheet.speeds->divisors) {
+    const Term& term = divisor.terms()[0];
+    const auto& symbols = sheet.ring->symbols();
+    bool depends_on_pose = term.wave != 0;
+    for (std::size_t k = 0; k < symbols.size(); ++k)
+      depends_on_pose =
+          depends_on_pose || ((symbols[k].kind == SymbolKind::slide || symbols[k].kind == SymbolKind::alias) &&
+                              term.monomial.exponent_of(static_cast<int>(k)) != 0);
+    if (depends_on_pose) divisors.push_back(divisor);
+  }
+  if (const std::string list = list_divisors(sheet, divisors); !list.empty())
+    sheet.notes.push_back("where " + list + (divisors.size() > 1 ? " vanish" : " vanishes") +
+                          ", the speeds do not determine the motion");
+}
+
 void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   if (sheet.natural) add_natural_notes(mechanism, sheet);
   if (sheet.regressor)
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
-  if (const std::string divisors = list_divisors(sheet); !divisors.empty())
+  std::vector<Polynomial> pivots;
+  for (const auto& [pivot, size] : sheet.pivots) pivots.push_back(pivot);
+  if (const std::string divisors = list_divisors(sheet, pivots); !divisors.empty())
     sheet.notes.push_back("the steps divide by " + divisors +
                           ", which must not vanish, although the mechanism may be regular where they do");
+  if (sheet.speeds) add_speeds_note(sheet);
   if (sheet.solution && !sheet.solution->unnamed.empty())
     sheet.notes.push_back(
         "c1, …, coefficients without a formula, are numbers of this geometry: the solution holds for the spec's "
@@ -384,7 +355,7 @@ bool has_requested_elimination(const SymbolicEquations& e, const SheetOptions& o
   using enum SheetSectionKind;
   const bool has_solved = is_section_requested(options, solved) && (!e.closure.empty() || !e.tree.discs.empty());
   return has_solved || is_section_requested(options, efforts) ||
-         (is_section_requested(options, reduced) && !e.closure.empty());
+         ((is_section_requested(options, reduced) || is_section_requested(options, speeds)) && !e.closure.empty());
 }
 
 /// `phi_d5 = beta theta3`.
@@ -429,31 +400,36 @@ bool has_engine(const Mechanism& mechanism, const FormulaSheet& sheet, const Clo
   }
 }
 
-SheetSection derive_reduced_section(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet,
-                                    ClosureElimination& elimination) {
-  SheetSection section{
-      SheetSectionKind::reduced,
-      "Torques of " + independent_names(sheet.equations, elimination.independent()) + " in the independent coordinates",
-      {},
-      {},
-      0};
-  section.terms = estimate_reduced_terms(sheet.equations, elimination.independent().size());
-  section.is_too_long = true;
-  if (section.terms > max_reduced_terms) return section;
+/// The equations in the independent coordinates, which those in speeds use, too. Without them, there is an empty section
+/// that is too long, or a note.
+void add_independent_equations(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet,
+                               ClosureElimination& elimination) {
+  const std::string names = independent_names(sheet.equations, elimination.independent());
+  std::vector<SheetSectionKind> requested;
+  for (const SheetSectionKind kind : {SheetSectionKind::reduced, SheetSectionKind::speeds})
+    if (is_section_requested(options, kind)) requested.push_back(kind);
+  const std::size_t terms = estimate_reduced_terms(sheet.equations, elimination.independent().size());
+  const auto leave_out = [&] {
+    for (const SheetSectionKind kind : requested) {
+      const std::string of =
+          kind == SheetSectionKind::speeds ? "Efforts at the speeds, from the torques of " : "Torques of ";
+      sheet.sections.push_back({kind, of + names + " in the independent coordinates", {}, {}, terms, true});
+    }
+  };
+  if (terms > max_reduced_terms) return leave_out();
   if (!has_engine(mechanism, sheet, elimination)) {
-    section.terms = 0, section.is_too_long = false;
-    sheet.notes.push_back("no reduced: there is no numerical result in " +
-                          independent_names(sheet.equations, elimination.independent()) + " to check it with");
-    return section;
+    for (const SheetSectionKind kind : requested)
+      sheet.notes.push_back("no " + sheet_section_names()[static_cast<std::size_t>(kind)] +
+                            ": there is no numerical result in " + names + " to check it with");
+    return;
   }
   try {
-    section = make_reduced_section(*sheet.ring, sheet.equations, elimination,
-                                   is_section_requested(options, SheetSectionKind::solved));
+    sheet.reduced = derive_reduced_equations(*sheet.ring, sheet.equations, elimination);
     sheet.independent = elimination.independent();
   } catch (const FormulaError&) {
     if (!options.only.empty()) throw;
+    leave_out();
   }
-  return section;
 }
 
 /// Sections of conditions, or notes why there are none.
@@ -546,17 +522,23 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   if (elimination) {
     add(SheetSectionKind::efforts,
         [&] { return make_effort_section(*sheet.ring, e, *elimination, sheet.solution ? &*sheet.solution : nullptr); });
-    if (!e.closure.empty())
-      add(SheetSectionKind::reduced, [&] { return derive_reduced_section(mechanism, options, sheet, *elimination); });
+    const bool has_independent_equations = is_section_requested(options, SheetSectionKind::reduced) ||
+                                           is_section_requested(options, SheetSectionKind::speeds);
+    if (!e.closure.empty() && has_independent_equations)
+      add_independent_equations(mechanism, options, sheet, *elimination);
+    if (sheet.reduced)
+      add(SheetSectionKind::reduced, [&] {
+        return make_reduced_section(e, *sheet.reduced, is_section_requested(options, SheetSectionKind::solved));
+      });
     for (const EliminationPivot& pivot : elimination->pivots()) sheet.pivots.emplace_back(pivot.value, pivot.size);
   }
   const bool has_solved = std::any_of(sheet.sections.begin(), sheet.sections.end(), [](const SheetSection& section) {
     return section.section == SheetSectionKind::solved;
   });
   if (has_solved && !e.tree.is_planar) add_disc_notes(sheet);
-  if (is_section_requested(options, SheetSectionKind::speeds)) {
+  if (is_section_requested(options, SheetSectionKind::speeds) && (e.closure.empty() || sheet.reduced)) {
     sheet.chosen_speeds = conditions::ChosenSpeeds(mechanism, options.speeds);
-    sheet.speeds = derive_speed_formulas(*sheet.ring, e, options.speeds);
+    sheet.speeds = derive_speed_formulas(*sheet.ring, e, options.speeds, sheet.reduced ? &*sheet.reduced : nullptr);
     const bool with_tree = is_section_requested(options, SheetSectionKind::inertia) &&
                            is_section_requested(options, SheetSectionKind::velocity) &&
                            is_section_requested(options, SheetSectionKind::gravity);

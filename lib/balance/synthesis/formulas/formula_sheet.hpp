@@ -4,6 +4,7 @@
 #include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
+#include "balance/synthesis/formulas/reduced_equations.hpp"
 #include "balance/synthesis/formulas/sheet_formula.hpp"
 #include "balance/synthesis/formulas/solve_request.hpp"
 #include "balance/synthesis/formulas/speed_formulas.hpp"
@@ -58,6 +59,7 @@ struct FormulaSheet {
   std::optional<SolvedConditions> solution;           ///< if requested
   std::optional<SpeedFormulas> speeds;                ///< if requested
   conditions::ChosenSpeeds chosen_speeds;             ///< the speeds of `speeds`
+  std::optional<ReducedEquations> reduced;            ///< if requested, or needed for speeds, of a mechanism with loops
   std::vector<int> independent;                       ///< columns of `reduced`; empty without it
   std::vector<std::pair<Polynomial, double>> pivots;  ///< divisors in steps, with their usual sizes
   std::vector<std::string> notes;

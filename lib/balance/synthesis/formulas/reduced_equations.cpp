@@ -1,5 +1,7 @@
 #include "balance/synthesis/formulas/reduced_equations.hpp"
 
+#include "balance/synthesis/formulas/formula_sheet.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,36 +14,48 @@ namespace {
 /// Longer entries of the tree's equations are referred to by name.
 constexpr std::size_t max_inline_terms = 4;
 
-class ReducedSection {
+class ReducedDerivation {
  public:
-  ReducedSection(Ring& ring, const SymbolicEquations& equations, ClosureElimination& elimination, bool has_rates)
+  ReducedDerivation(Ring& ring, const SymbolicEquations& equations, ClosureElimination& elimination)
       : ring_(ring),
         e_(equations),
         elimination_(elimination),
-        has_rates_(has_rates),
         n_(equations.tree.columns.size()),
         d_(elimination.independent().size()) {}
 
-  SheetSection make() {
-    section_.section = SheetSectionKind::reduced;
-    section_.heading = "Torques of " + independent_names(e_, elimination_.independent()) +
-                       " that move the mechanism: that of the i-th has Mhat_ij times the acceleration of the j-th, "
-                       "Dhat_ijk times the rates of the j-th and k-th, for both orders, and zhat_i";
-    elimination_.derive_accelerations();
+  ReducedEquations derive() {
+    copy_elimination();
+    out_.M.assign(d_, Row(d_));
+    out_.D.assign(d_, out_.M);
     for (std::size_t i = 0; i < d_; ++i)
-      for (std::size_t j = i; j < d_; ++j) add_inertia(i, j);
+      for (std::size_t j = i; j < d_; ++j) out_.M[i][j] = out_.M[j][i] = inertia(i, j);
     for (std::size_t i = 0; i < d_; ++i)
       for (std::size_t j = 0; j < d_; ++j)
-        for (std::size_t k = j; k < d_; ++k) add_velocity(i, j, k);
+        for (std::size_t k = j; k < d_; ++k) out_.D[i][j][k] = out_.D[i][k][j] = velocity(i, j, k);
     for (std::size_t i = 0; i < d_; ++i) {
       SheetFormula formula = begin("zhat", {i});
-      for (std::size_t a = 0; a < n_; ++a) add(formula, elimination_.rate(a, i), e_.z[a], {a});
-      finish(std::move(formula));
+      for (std::size_t a = 0; a < n_; ++a) add(formula, out_.C[a][i], e_.z[a], {a});
+      out_.z.push_back(finish(std::move(formula)));
     }
-    return assemble();
+    return std::move(out_);
   }
 
  private:
+  void copy_elimination() {
+    elimination_.derive_accelerations();
+    out_.independent = elimination_.independent();
+    out_.poses = elimination_.poses();
+    out_.rate_steps = elimination_.rate_steps();
+    out_.acceleration_steps = elimination_.acceleration_steps();
+    out_.C.assign(n_, Row(d_));
+    out_.c.assign(n_, Matrix(d_, Row(d_)));
+    for (std::size_t a = 0; a < n_; ++a)
+      for (std::size_t j = 0; j < d_; ++j) {
+        out_.C[a][j] = elimination_.rate(a, j);
+        for (std::size_t k = 0; k < d_; ++k) out_.c[a][j][k] = elimination_.acceleration(a, j, k);
+      }
+  }
+
   SheetFormula begin(const std::string& name, std::initializer_list<std::size_t> indices) const {
     return {name, index_text(indices, d_), {}};
   }
@@ -50,101 +64,84 @@ class ReducedSection {
   void add(SheetFormula& formula, const Polynomial& factor, const Polynomial& entry,
            std::initializer_list<std::size_t> indices) {
     if (factor.is_zero() || entry.is_zero()) return;
-    const Polynomial named = entry.size() <= max_inline_terms ? entry : name_entry(entry, indices);
-    if (factor == Polynomial(1))
-      formula.value += named;
-    else if (named.size() == 1)
-      formula.value += factor * named;
-    else
-      add_product(formula.products, factor, named);
-  }
-
-  /// Products of the same entry, or of a multiple of it, become one.
-  static void add_product(std::vector<FormulaProduct>& products, const Polynomial& factor, const Polynomial& entry) {
-    for (FormulaProduct& product : products) {
-      if (product.factor.size() != entry.size()) continue;
-      const Polynomial ratio(entry.terms()[0].coefficient / product.factor.terms()[0].coefficient);
-      if (!(ratio * product.factor == entry)) continue;
-      product.numerator += ratio * factor;
-      return;
-    }
-    const bool is_negative = entry.terms()[0].coefficient.sign() < 0;
-    products.push_back({is_negative ? -factor : factor, 1, is_negative ? -entry : entry});
+    add_multiple(formula, factor, entry.size() <= max_inline_terms ? entry : name_entry(entry, indices));
   }
 
   Polynomial name_entry(const Polynomial& entry, std::initializer_list<std::size_t> indices) {
     const std::string text = index_text(indices, n_);
     const auto [known, is_new] = entries_.try_emplace(text, Polynomial());
     if (!is_new) return known->second;
-    definitions_.push_back(define_formula(ring_, "D", text, entry));
-    return known->second = Polynomial::of_symbol(ring_, definitions_.back().symbol);
+    out_.definitions.push_back(define_formula(ring_, "D", text, entry));
+    return known->second = Polynomial::of_symbol(ring_, out_.definitions.back().symbol);
   }
 
-  void add_inertia(std::size_t i, std::size_t j) {
+  Polynomial inertia(std::size_t i, std::size_t j) {
     SheetFormula formula = begin("Mhat", {i, j});
-    const auto C = [&](std::size_t a, std::size_t u) -> const Polynomial& { return elimination_.rate(a, u); };
+    const Matrix& C = out_.C;
     for (std::size_t a = 0; a < n_; ++a)
       for (std::size_t b = a; b < n_; ++b) {
-        Polynomial factor = C(a, i) * C(b, j);
-        if (b > a) factor += C(b, i) * C(a, j);
+        Polynomial factor = C[a][i] * C[b][j];
+        if (b > a) factor += C[b][i] * C[a][j];
         add(formula, factor, e_.M[a][b], {a, b});
       }
-    finish(std::move(formula));
+    return finish(std::move(formula));
   }
 
-  void add_velocity(std::size_t i, std::size_t j, std::size_t k) {
+  Polynomial velocity(std::size_t i, std::size_t j, std::size_t k) {
     SheetFormula formula = begin("Dhat", {i, j, k});
-    const auto C = [&](std::size_t a, std::size_t u) -> const Polynomial& { return elimination_.rate(a, u); };
-    const auto c = [&](std::size_t a) -> const Polynomial& { return elimination_.acceleration(a, j, k); };
+    const Matrix& C = out_.C;
     for (std::size_t a = 0; a < n_; ++a)
       for (std::size_t b = 0; b < n_; ++b)
         for (std::size_t m = b; m < n_; ++m) {
-          if (C(a, i).is_zero() || e_.D[a][b][m].is_zero()) continue;
-          Polynomial factor = C(b, j) * C(m, k);
-          if (m > b) factor += C(m, j) * C(b, k);
-          add(formula, C(a, i) * factor, e_.D[a][b][m], {a, b, m});
+          if (C[a][i].is_zero() || e_.D[a][b][m].is_zero()) continue;
+          Polynomial factor = C[b][j] * C[m][k];
+          if (m > b) factor += C[m][j] * C[b][k];
+          add(formula, C[a][i] * factor, e_.D[a][b][m], {a, b, m});
         }
     for (std::size_t a = 0; a < n_; ++a)
       for (std::size_t b = a; b < n_; ++b) {
         if (e_.M[a][b].is_zero()) continue;
-        Polynomial factor = C(a, i) * c(b);
-        if (b > a) factor += C(b, i) * c(a);
+        Polynomial factor = C[a][i] * out_.c[b][j][k];
+        if (b > a) factor += C[b][i] * out_.c[a][j][k];
         add(formula, factor, e_.M[a][b], {a, b});
       }
-    finish(std::move(formula));
+    return finish(std::move(formula));
   }
 
-  void finish(SheetFormula formula) {
-    std::erase_if(formula.products, [](const FormulaProduct& product) { return product.numerator.is_zero(); });
-    formulas_.push_back(std::move(formula));
-  }
-
-  SheetSection assemble() {
-    for (const SheetFormula& step : elimination_.rate_steps()) {
-      section_.terms += has_rates_ ? step.value.size() : 0;
-      if (!has_rates_) section_.add(step);
-    }
-    for (const SheetFormula& step : elimination_.acceleration_steps()) section_.add(step);
-    for (SheetFormula& definition : definitions_) section_.add(std::move(definition));
-    for (SheetFormula& formula : formulas_) section_.add(std::move(formula));
-    return std::move(section_);
+  Polynomial finish(SheetFormula formula) {
+    const Polynomial value = name_sum(ring_, formula);
+    out_.formulas.push_back(std::move(formula));
+    return value;
   }
 
   Ring& ring_;
   const SymbolicEquations& e_;
   ClosureElimination& elimination_;
-  bool has_rates_;
   std::size_t n_, d_;
   std::map<std::string, Polynomial> entries_;  ///< symbols, by the indices of D
-  std::vector<SheetFormula> definitions_, formulas_;
-  SheetSection section_;
+  ReducedEquations out_;
 };
 
 }  // namespace
 
-SheetSection make_reduced_section(Ring& ring, const SymbolicEquations& equations, ClosureElimination& elimination,
-                                  bool has_rates) {
-  return ReducedSection(ring, equations, elimination, has_rates).make();
+ReducedEquations derive_reduced_equations(Ring& ring, const SymbolicEquations& equations,
+                                          ClosureElimination& elimination) {
+  return ReducedDerivation(ring, equations, elimination).derive();
+}
+
+SheetSection make_reduced_section(const SymbolicEquations& e, const ReducedEquations& reduced, bool has_rates) {
+  SheetSection section;
+  section.section = SheetSectionKind::reduced;
+  section.heading = "Torques of " + independent_names(e, reduced.independent) +
+                    " that move the mechanism: that of the i-th has Mhat_ij times the acceleration of the j-th, "
+                    "Dhat_ijk times the rates of the j-th and k-th, for both orders, and zhat_i";
+  for (const SheetFormula& step : reduced.rate_steps) {
+    section.terms += has_rates ? step.value.size() : 0;
+    if (!has_rates) section.add(step);
+  }
+  for (const auto* formulas : {&reduced.acceleration_steps, &reduced.definitions, &reduced.formulas})
+    for (const SheetFormula& formula : *formulas) section.add(formula);
+  return section;
 }
 
 std::size_t estimate_reduced_terms(const SymbolicEquations& e, std::size_t independent) {

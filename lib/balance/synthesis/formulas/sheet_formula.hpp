@@ -34,4 +34,13 @@ std::string index_text(const std::vector<std::size_t>& indices, std::size_t coun
 SheetFormula define_formula(Ring& ring, const std::string& name, const std::string& indices, Polynomial value,
                             Polynomial denominator = 1, const std::string& denominator_name = "");
 
+/// Adds factor · entry: expanded if one of them is a single term, else as a product, which is added to those of the same entry.
+void add_multiple(SheetFormula& formula, const Polynomial& factor, const Polynomial& entry);
+
+/// The value if it is a single term, else a symbol of its own, which the formula then defines.
+Polynomial name_sum(Ring& ring, SheetFormula& formula);
+
+double evaluate_formula(const SheetFormula& formula, const std::vector<double>& symbols,
+                        const std::vector<double>& angles);
+
 }  // namespace balance::formulas

@@ -1,12 +1,11 @@
 #include "balance/synthesis/formulas/speed_formulas.hpp"
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/synthesis/formulas/closed_poses.hpp"
 #include "balance/synthesis/formulas/closure_elimination.hpp"
-#include "balance/synthesis/formulas/mechanism_symbols.hpp"
-#include "balance/synthesis/formulas/symbolic_recursion.hpp"
+#include "balance/synthesis/formulas/speed_rows.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <random>
@@ -19,249 +18,38 @@ namespace {
 constexpr std::size_t max_solved_speeds = 4;
 /// Longer entries get names where they occur in others.
 constexpr std::size_t max_plain_terms = 2;
+/// Longer rows of speeds in the tree's rates are referred to by name.
+constexpr std::size_t max_inline_row_terms = 4;
 constexpr double min_relative_pivot = 1e-6;  // of speeds that determine the motion, at a random pose
-
-/// Numbers as fractions or, if they are no short decimals, as symbols: one for equal numbers.
-class NumberSymbols {
- public:
-  explicit NumberSymbols(Ring& ring) : ring_(ring) {}
-
-  Polynomial polynomial(double value) {
-    if (value == 0) return {};
-    Rational decimal;
-    if (find_decimal(value, decimal)) return {decimal};
-    const auto [known, is_new] = symbols_.try_emplace(value, -1);
-    if (is_new) known->second = ring_.add_symbol("f", SymbolKind::dimensionless, value);
-    return Polynomial::of_symbol(ring_, known->second);
-  }
-
- private:
-  Ring& ring_;
-  std::map<double, int> symbols_;
-};
-
-// Factors that depend on the pose: expressions of joint coordinates.
-
-/// A polynomial, or Σ multiple · angle, which only sines and cosines take.
-struct FactorValue {
-  Polynomial polynomial;
-  std::map<int, int> angles;  ///< multiples by angle of the ring; empty: a polynomial
-
-  const Polynomial& plain() const {
-    if (!angles.empty())
-      throw FormulaError("a factor of a speed contains an angle outside sin and cos, which has no formula here");
-    return polynomial;
-  }
-};
-
-struct FactorAlgebra {
-  using Value = FactorValue;
-  Ring& ring;
-  NumberSymbols& numbers;
-
-  Value constant(double value) const { return {numbers.polynomial(value), {}}; }
-
-  Value apply(const expression::ExpressionNode& node, const Value& a, const Value& b, const Value& /*third*/) const {
-    using expression::Operation;
-    switch (node.operation) {
-      case Operation::alias: return a;
-      case Operation::add: return sum(a, b, 1);
-      case Operation::subtract: return sum(a, b, -1);
-      case Operation::negate: return sum({}, a, -1);
-      case Operation::multiply: return product(a, b);
-      case Operation::divide: return product(a, {power(b.plain(), -1), {}});
-      case Operation::power: return {power(a.plain(), whole_number(b)), {}};
-      case Operation::function: return circular(node, a);
-      default: throw FormulaError("a factor of a speed contains a comparison or a branch, which has no formula here");
-    }
-  }
-
- private:
-  static Value sum(const Value& a, const Value& b, int sign) {
-    if (a.angles.empty() && b.angles.empty())
-      return {sign > 0 ? a.polynomial + b.polynomial : a.polynomial - b.polynomial, {}};
-    if ((a.angles.empty() && !a.polynomial.is_zero()) || (b.angles.empty() && !b.polynomial.is_zero()))
-      throw FormulaError("a factor of a speed adds a number to an angle, which has no formula here");
-    Value out{{}, a.angles};
-    for (const auto& [angle, multiple] : b.angles) out.angles[angle] += sign * multiple;
-    return out;
-  }
-  static Value product(const Value& a, const Value& b) {
-    if (!b.angles.empty()) return product(b, a);
-    if (a.angles.empty()) return {a.polynomial * b.polynomial, {}};
-    Value out = a;
-    const int multiple = whole_number(b);
-    for (auto& [angle, own] : out.angles) own *= multiple;
-    return out;
-  }
-  static int whole_number(const Value& value) {
-    const std::vector<Term>& terms = value.plain().terms();
-    if (terms.empty()) return 0;
-    if (terms.size() == 1 && terms[0].monomial.is_one() && terms[0].wave == 0 && terms[0].coefficient.is_integer() &&
-        std::abs(terms[0].coefficient.value()) < 16)
-      return static_cast<int>(terms[0].coefficient.numerator());
-    throw FormulaError("a factor of a speed contains a multiple of an angle or a power that is not whole");
-  }
-  Value circular(const expression::ExpressionNode& node, const Value& a) const {
-    const std::string name(expression::list_unary_functions()[static_cast<std::size_t>(node.function)].name);
-    if ((name != "sin" && name != "cos") || (a.angles.empty() && !a.polynomial.is_zero()))
-      throw FormulaError("a factor of a speed contains " + name + "(…), which has no formula here");
-    Polynomial cosine(1), sine;
-    for (const auto& [angle, multiple] : a.angles)
-      for (int k = 0; k < std::abs(multiple); ++k) {
-        const Polynomial c = Polynomial::of_angle(ring, angle, false),
-                         s = multiple > 0 ? Polynomial::of_angle(ring, angle, true)
-                                          : -Polynomial::of_angle(ring, angle, true);
-        const Polynomial next = cosine * c - sine * s;
-        sine = sine * c + cosine * s;
-        cosine = next;
-      }
-    return {name == "cos" ? cosine : sine, {}};
-  }
-};
-
-// The rows of W.
-
-class SpeedRows {
- public:
-  SpeedRows(Ring& ring, const SymbolicEquations& equations, SpeedFormulas& out)
-      : ring_(ring), numbers_(ring), e_(equations), make_{ring}, n_(equations.tree.columns.size()), out_(out) {}
-
-  Row of(const model::GeneralisedSpeed& speed) {
-    Row sum(n_);
-    for (const model::GeneralisedSpeedTerm& term : speed.terms) {
-      Polynomial factor = numbers_.polynomial(term.factor);
-      if (term.pose_factor) factor = factor * pose_factor(term);
-      const Row row = of(term);
-      for (std::size_t j = 0; j < n_; ++j) sum[j] += factor * row[j];
-    }
-    return sum;
-  }
-
- private:
-  Row of(const model::GeneralisedSpeedTerm& term) {
-    using enum model::GeneralisedSpeedTerm::Kind;
-    switch (term.kind) {
-      case coordinate: return coordinate_row(term.index);
-      case com_velocity: return com_row(static_cast<std::size_t>(term.index));
-      case velocity:
-      case velocity_body: return velocity_row(term);
-      case angular_velocity:
-      case angular_velocity_body: return angular_row(term);
-    }
-    return {};
-  }
-
-  const JointVariable& variable(int coordinate) const {
-    const int index = e_.tree.coordinate_variable[static_cast<std::size_t>(coordinate)];
-    if (index < 0) throw FormulaError("a speed contains a coordinate of a joint that closes a loop");
-    return e_.tree.variables[static_cast<std::size_t>(index)];
-  }
-
-  Row coordinate_row(int coordinate) const {
-    Row row(n_);
-    for (const auto& [column, ratio] : variable(coordinate).follows) row[static_cast<std::size_t>(column)] += ratio;
-    return row;
-  }
-
-  /// The total mass is a divisor and therefore a symbol.
-  Row com_row(std::size_t axis) {
-    if (mass_ < 0) {
-      out_.definitions.push_back(define_formula(ring_, "mt", "", e_.mass));
-      mass_ = out_.definitions.back().symbol;
-    }
-    Row row;
-    for (std::size_t j = 0; j < n_; ++j)
-      row.push_back(Polynomial::of_symbol(ring_, mass_, -1) *
-                    column_derivative(e_.tree, e_.moment[axis], static_cast<int>(j)));
-    return row;
-  }
-
-  Row velocity_row(const model::GeneralisedSpeedTerm& term) {
-    FramePoint point = e_.tree.bodies[static_cast<std::size_t>(term.body)];
-    point.at = point.at + place_on(term);
-    const Vector p = world_position<Polynomial>(e_.tree, make_, point);
-    Row row;
-    for (std::size_t j = 0; j < n_; ++j) {
-      Vector v;
-      for (std::size_t k = 0; k < 3; ++k) v[k] = column_derivative(e_.tree, p[k], static_cast<int>(j));
-      row.push_back(component(term, point.frame, v));
-    }
-    return row;
-  }
-
-  Row angular_row(const model::GeneralisedSpeedTerm& term) {
-    const int frame = e_.tree.bodies[static_cast<std::size_t>(term.body)].frame;
-    std::vector<Vector> w(n_);
-    for (int f = frame; f > 0; f = e_.tree.frames[static_cast<std::size_t>(f)].parent) {
-      const SymbolicFrame& at = e_.tree.frames[static_cast<std::size_t>(f)];
-      if (at.variable < 0 || at.angle < 0) continue;
-      const Vector axis = world_direction<Polynomial>(e_.tree, make_, f, at.axis);
-      for (const auto& [column, ratio] : e_.tree.variables[static_cast<std::size_t>(at.variable)].follows)
-        w[static_cast<std::size_t>(column)] =
-            w[static_cast<std::size_t>(column)] + scale_vector(at.sign > 0 ? ratio : -ratio, axis);
-    }
-    Row row;
-    for (const Vector& one : w) row.push_back(component(term, frame, one));
-    return row;
-  }
-
-  Polynomial component(const model::GeneralisedSpeedTerm& term, int frame, const Vector& v) {
-    using enum model::GeneralisedSpeedTerm::Kind;
-    const bool is_in_body_axes = term.kind == velocity_body || term.kind == angular_velocity_body;
-    return is_in_body_axes ? dot(world_direction<Polynomial>(e_.tree, make_, frame, term.index), v)
-                           : v[static_cast<std::size_t>(term.index)];
-  }
-
-  /// The position on the body: a named point's, or numbers.
-  Vector place_on(const model::GeneralisedSpeedTerm& term) {
-    const auto& points = e_.tree.model->mechanism().bodies[static_cast<std::size_t>(term.body)].points;
-    for (const auto& point : points)
-      if (!term.position.isZero(0) && to_values(point.position) == term.position)
-        return e_.tree.numbers->body_point(term.body, point.name);
-    return {numbers_.polynomial(term.position[0]), numbers_.polynomial(term.position[1]),
-            numbers_.polynomial(term.position[2])};
-  }
-
-  Polynomial pose_factor(const model::GeneralisedSpeedTerm& term) {
-    std::vector<FactorValue> inputs;
-    for (const CoordinateId c : term.pose_variables) {
-      const JointVariable& joint = variable(c);
-      if (joint.index < 0) throw FormulaError("a factor of a speed contains a coordinate that does not move");
-      if (joint.is_angle)
-        inputs.push_back({{}, {{joint.index, 1}}});
-      else
-        inputs.push_back({Polynomial::of_symbol(ring_, joint.index), {}});
-    }
-    for (const double parameter : term.pose_factor.parameters) inputs.push_back({numbers_.polynomial(parameter), {}});
-    const std::vector<FactorValue> values =
-        expression::evaluate(*term.pose_factor.graph, inputs, FactorAlgebra{ring_, numbers_});
-    return values[static_cast<std::size_t>(term.pose_factor.node)].plain();
-  }
-
-  Ring& ring_;
-  NumberSymbols numbers_;
-  const SymbolicEquations& e_;
-  PolynomialFactory make_;
-  std::size_t n_;
-  SpeedFormulas& out_;
-  int mass_ = -1;
-};
+/// A speed that loops keep at zero is below this, relative to its terms, up to the round-off of the poses.
+constexpr double zero_speed_tolerance = 1e-8;
+/// At a single one, it may vanish by chance; some of the others may be of another assembly mode.
+constexpr int min_zero_speed_poses = 2;
 
 class SpeedDerivation {
  public:
-  SpeedDerivation(Ring& ring, const SymbolicEquations& equations)
-      : ring_(ring), e_(equations), n_(equations.tree.columns.size()) {}
+  /// @param reduced nullptr without loops
+  SpeedDerivation(Ring& ring, const SymbolicEquations& equations, const ReducedEquations* reduced)
+      : ring_(ring),
+        e_(equations),
+        reduced_(reduced),
+        columns_(equations.tree.columns.size()),
+        n_(reduced ? reduced->independent.size() : columns_) {}
 
   SpeedFormulas derive(const std::vector<model::GeneralisedSpeed>& speeds) {
-    SpeedRows rows(ring_, e_, out_);
-    for (const model::GeneralisedSpeed& speed : speeds) {
-      out_.names.push_back(speed.name);
-      out_.W.push_back(rows.of(speed));
-    }
+    if (n_ == 0) throw FormulaError("the mechanism has no degrees of freedom");
+    if (reduced_) add_reduced();
+    SpeedRows rows = derive_speed_rows(ring_, e_, speeds);
+    out_.definitions.insert(out_.definitions.end(), rows.definitions.begin(), rows.definitions.end());
+    rows_ = std::move(rows.rows);
+    for (const model::GeneralisedSpeed& speed : speeds) out_.names.push_back(speed.name);
+    if (reduced_)
+      add_rows();
+    else
+      out_.W = rows_;
     choose_independent();
     solve();
-    name_tree_terms();
+    if (!reduced_) name_tree_terms();
     add_inertia();
     add_products();
     add_dependent();
@@ -273,30 +61,130 @@ class SpeedDerivation {
     return out_.W[static_cast<std::size_t>(out_.independent[i])][j];
   }
 
-  /// The first speeds that determine the motion, at a random pose and with the spec's numbers.
-  void choose_independent() {
-    std::vector<double> symbols, angles;
+  void add_reduced() {
+    for (const auto* steps : {&reduced_->rate_steps, &reduced_->acceleration_steps, &reduced_->definitions})
+      out_.definitions.insert(out_.definitions.end(), steps->begin(), steps->end());
+    for (const SheetFormula& formula : reduced_->formulas)
+      if (formula.symbol >= 0) out_.definitions.push_back(formula);
+    D_ = reduced_->M, D3_ = reduced_->D, z_ = reduced_->z;
+    out_.W_name = "Wbar", out_.C_name = "Cbar", out_.c_name = "cbar";
+  }
+
+  std::string speed_indices(const std::vector<std::size_t>& indices) const {
+    return index_text(indices, std::max({columns_, n_, rows_.size()}));
+  }
+
+  /// An entry of a speed in the tree's rates, or its name.
+  Polynomial row_entry(const std::string& name, const std::vector<std::size_t>& indices, const Polynomial& entry) {
+    if (entry.size() <= max_inline_row_terms) return entry;
+    const auto [known, is_new] = row_entries_.try_emplace(name + speed_indices(indices), Polynomial());
+    if (is_new) known->second = define(name, speed_indices(indices), entry);
+    return known->second;
+  }
+
+  Polynomial define_sum(SheetFormula formula) {
+    const Polynomial value = name_sum(ring_, formula);
+    if (formula.symbol >= 0) out_.definitions.push_back(std::move(formula));
+    return value;
+  }
+
+  /// W = W̃ C, W̃ being the rows in the tree's rates.
+  void add_rows() {
+    const std::size_t count = std::max(n_, rows_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      out_.W.emplace_back();
+      for (std::size_t j = 0; j < n_; ++j) {
+        SheetFormula formula{out_.W_name, index_text({i, j}, count), {}};
+        for (std::size_t a = 0; a < columns_; ++a)
+          if (!reduced_->C[a][j].is_zero())
+            add_multiple(formula, reduced_->C[a][j], row_entry("Wtilde", {i, a}, rows_[i][a]));
+        out_.W.back().push_back(define_sum(std::move(formula)));
+      }
+    }
+  }
+
+  /// Symmetric coefficients of q̇_j q̇_k in the derivative of a speed, besides Σ W_ij q̈_j.
+  Matrix second_order(std::size_t speed) {
+    const Matrix products = row_products(speed);
+    if (!reduced_) return products;
+    const Matrix& C = reduced_->C;
+    Matrix N(n_, Row(n_));
+    for (std::size_t j = 0; j < n_; ++j)
+      for (std::size_t k = j; k < n_; ++k) {
+        SheetFormula formula{"N", index_text({speed, j, k}, std::max(n_, rows_.size())), {}};
+        for (std::size_t a = 0; a < columns_; ++a) {
+          if (!reduced_->c[a][j][k].is_zero())
+            add_multiple(formula, reduced_->c[a][j][k], row_entry("Wtilde", {speed, a}, rows_[speed][a]));
+          for (std::size_t b = a; b < columns_; ++b) {
+            Polynomial factor = C[a][j] * C[b][k];
+            if (b > a) factor += C[b][j] * C[a][k];
+            if (!factor.is_zero()) add_multiple(formula, factor, row_entry("Ntilde", {speed, a, b}, products[a][b]));
+          }
+        }
+        N[j][k] = N[k][j] = define_sum(std::move(formula));
+      }
+    return N;
+  }
+
+  /// With the spec's numbers: at which the loops close, or a random one.
+  std::vector<PoseValues> sample_poses() const {
+    std::vector<PoseValues> poses;
+    if (reduced_)
+      for (const VectorX& y : reduced_->poses) poses.push_back(evaluate_pose(ring_, e_, y));
+    else
+      poses.push_back(draw_pose());
+    for (PoseValues& pose : poses) evaluate_definitions(out_, pose.symbols, pose.angles);
+    return poses;
+  }
+
+  PoseValues draw_pose() const {
+    PoseValues pose;
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (const Symbol& symbol : ring_.symbols())
-      symbols.push_back(symbol.kind == SymbolKind::slide ? uniform(random) : symbol.value);
-    for (const Angle& angle : ring_.angles()) angles.push_back(angle.is_fixed ? angle.value : 3 * uniform(random));
-    evaluate_definitions(out_, symbols, angles);
-    MatrixX taken(0, static_cast<Eigen::Index>(n_));
+      pose.symbols.push_back(symbol.kind == SymbolKind::slide ? uniform(random) : symbol.value);
+    for (const Angle& angle : ring_.angles()) pose.angles.push_back(angle.is_fixed ? angle.value : 3 * uniform(random));
+    return pose;
+  }
+
+  /// The first speeds that determine the motion at a pose.
+  void choose_independent() {
+    const std::vector<PoseValues> poses = sample_poses();
+    if (reduced_) check_speeds(poses);
     for (std::size_t i = 0; i < out_.W.size() && out_.independent.size() < n_; ++i) {
-      MatrixX next(taken.rows() + 1, taken.cols());
-      next.topRows(taken.rows()) = taken;
-      for (std::size_t j = 0; j < n_; ++j)
-        next(taken.rows(), static_cast<Eigen::Index>(j)) = evaluate_polynomial(out_.W[i][j], symbols, angles);
-      next.row(taken.rows()).stableNormalize();
-      const VectorX values = numerics::singular_values(next);
-      if (!(values[values.size() - 1] > min_relative_pivot * values[0])) continue;
-      taken = next;
       out_.independent.push_back(static_cast<int>(i));
+      const bool is_regular =
+          std::any_of(poses.begin(), poses.end(), [&](const PoseValues& pose) { return has_full_rank(pose); });
+      if (!is_regular) out_.independent.pop_back();
     }
     if (out_.independent.size() < n_)
       throw FormulaError("the speeds do not determine the motion: " + std::to_string(n_) +
                          " that are independent are needed");
+  }
+
+  /// A speed that is zero wherever the loops close, but not as a formula, would only show round-off.
+  void check_speeds(const std::vector<PoseValues>& poses) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const auto is_zero = [&](const PoseValues& pose) {
+        const double size = pose(Matrix{rows_[i]}, static_cast<Eigen::Index>(columns_)).norm() *
+                            pose(reduced_->C, static_cast<Eigen::Index>(n_)).norm();
+        const double rate = pose(Matrix{out_.W[i]}, static_cast<Eigen::Index>(n_)).norm();
+        return rate < zero_speed_tolerance * size;
+      };
+      const bool has_terms =
+          std::any_of(out_.W[i].begin(), out_.W[i].end(), [](const Polynomial& entry) { return !entry.is_zero(); });
+      if (has_terms && std::count_if(poses.begin(), poses.end(), is_zero) >= min_zero_speed_poses)
+        throw FormulaError("the speed " + out_.names[i] + " is zero wherever the loops close");
+    }
+  }
+
+  bool has_full_rank(const PoseValues& pose) const {
+    Matrix chosen;
+    for (const int speed : out_.independent) chosen.push_back(out_.W[static_cast<std::size_t>(speed)]);
+    MatrixX rows = pose(chosen, static_cast<Eigen::Index>(n_));
+    for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+    const VectorX values = numerics::singular_values(rows);
+    return values[values.size() - 1] > min_relative_pivot * values[0];
   }
 
   /// Solves W q̇ = σ: rows with one unknown first, then the others by Cramer's rule.
@@ -312,6 +200,7 @@ class SpeedDerivation {
         if (!column) continue;
         const Row rest = remainder(i);
         const Polynomial inverse = power(W(i, *column), -1);
+        out_.divisors.push_back(W(i, *column));
         for (std::size_t s = 0; s < n_; ++s) out_.V[*column][s] = inverse * rest[s];
         is_known_[*column] = is_row_used[i] = has_changed = true;
       }
@@ -361,8 +250,10 @@ class SpeedDerivation {
     if (det.is_zero()) throw FormulaError("the speeds do not determine the motion at any pose");
     std::string divisor;
     if (det.size() > 1) {
-      define("Delta", "", det);
+      out_.divisors.push_back(define("Delta", reduced_ ? "_W" : "", det));
       divisor = out_.definitions.back().label();
+    } else {
+      out_.divisors.push_back(det);
     }
     const char* name = columns.size() == n_ ? "V" : "K";  // with nothing else to add, these are the entries of V
     std::vector<Row> rest;
@@ -424,13 +315,13 @@ class SpeedDerivation {
       }
   }
 
-  /// Symmetric coefficients of q̇_j q̇_l in Σ_j Ẇ_ij q̇_j.
+  /// Symmetric coefficients of the tree's rates q̇_j q̇_l in Σ_j Ẇ_ij q̇_j.
   Matrix row_products(std::size_t speed) const {
-    Matrix products(n_, Row(n_));
-    for (std::size_t j = 0; j < n_; ++j)
-      for (std::size_t l = j; l < n_; ++l) {
-        const Polynomial sum = column_derivative(e_.tree, out_.W[speed][j], static_cast<int>(l)) +
-                               column_derivative(e_.tree, out_.W[speed][l], static_cast<int>(j));
+    Matrix products(columns_, Row(columns_));
+    for (std::size_t j = 0; j < columns_; ++j)
+      for (std::size_t l = j; l < columns_; ++l) {
+        const Polynomial sum = column_derivative(e_.tree, rows_[speed][j], static_cast<int>(l)) +
+                               column_derivative(e_.tree, rows_[speed][l], static_cast<int>(j));
         products[j][l] = products[l][j] = Polynomial(Rational(1, 2)) * sum;
       }
     return products;
@@ -451,13 +342,14 @@ class SpeedDerivation {
   }
 
   void add_products() {
-    for (const int speed : out_.independent) products_.push_back(row_products(static_cast<std::size_t>(speed)));
+    for (const int speed : out_.independent) products_.push_back(second_order(static_cast<std::size_t>(speed)));
     for (std::size_t k = 0; k < n_; ++k) {
       Matrix form(n_, Row(n_));
       for (std::size_t j = 0; j < n_; ++j)
         for (std::size_t l = j; l < n_; ++l) {
           for (std::size_t i = 0; i < n_; ++i)
             form[j][l] += out_.V[i][k] * D3_[i][j][l] - named_M_[k][i] * products_[i][j][l];
+          if (reduced_) name_entry("H", {k, j, l}, form[j][l]);
           form[l][j] = form[j][l];
         }
       out_.w.push_back(in_speeds(form));
@@ -472,9 +364,9 @@ class SpeedDerivation {
       Row C(n_);
       for (std::size_t s = 0; s < n_; ++s) {
         for (std::size_t j = 0; j < n_; ++j) C[s] += out_.W[speed][j] * out_.V[j][s];
-        if (C[s].size() > max_plain_terms) C[s] = define("C", index_text({speed, s}, out_.W.size()), C[s]);
+        if (C[s].size() > max_plain_terms) C[s] = define(out_.C_name, index_text({speed, s}, out_.W.size()), C[s]);
       }
-      Matrix form = row_products(speed);
+      Matrix form = second_order(speed);
       for (std::size_t j = 0; j < n_; ++j)
         for (std::size_t l = 0; l < n_; ++l)
           for (std::size_t i = 0; i < n_; ++i) form[j][l] -= C[i] * products_[i][j][l];
@@ -485,9 +377,12 @@ class SpeedDerivation {
 
   Ring& ring_;
   const SymbolicEquations& e_;
-  std::size_t n_;
+  const ReducedEquations* reduced_;
+  std::size_t columns_, n_;  ///< of the tree, and independent ones of them
   SpeedFormulas out_;
-  std::vector<bool> is_known_;  ///< per column
+  Matrix rows_;                                    ///< speeds × columns of the tree
+  std::map<std::string, Polynomial> row_entries_;  ///< symbols, by their names
+  std::vector<bool> is_known_;                     ///< per column
   Matrix D_, named_M_;
   std::vector<Matrix> D3_, products_;
   Row z_;
@@ -496,10 +391,9 @@ class SpeedDerivation {
 }  // namespace
 
 SpeedFormulas derive_speed_formulas(Ring& ring, const SymbolicEquations& equations,
-                                    const std::vector<model::GeneralisedSpeed>& speeds) {
-  if (!equations.tree.closures.empty())
-    throw FormulaError("formulas in chosen speeds are for mechanisms without loops; --at has their numbers at a pose");
-  return SpeedDerivation(ring, equations).derive(speeds);
+                                    const std::vector<model::GeneralisedSpeed>& speeds,
+                                    const ReducedEquations* reduced) {
+  return SpeedDerivation(ring, equations, reduced).derive(speeds);
 }
 
 bool SpeedFormulas::is_independent(std::size_t speed) const {
@@ -509,8 +403,7 @@ bool SpeedFormulas::is_independent(std::size_t speed) const {
 void evaluate_definitions(const SpeedFormulas& formulas, std::vector<double>& symbols,
                           const std::vector<double>& angles) {
   for (const SheetFormula& definition : formulas.definitions)
-    symbols[static_cast<std::size_t>(definition.symbol)] = evaluate_polynomial(definition.value, symbols, angles) /
-                                                           evaluate_polynomial(definition.denominator, symbols, angles);
+    symbols[static_cast<std::size_t>(definition.symbol)] = evaluate_formula(definition, symbols, angles);
 }
 
 }  // namespace balance::formulas
