@@ -180,6 +180,13 @@ class EngineComparison {
 
   double polynomial_at(const Polynomial& p, const VectorX& y) { return p.is_zero() ? 0 : values_at(y).pose(p); }
 
+  double sum_term_sizes(const Polynomial& p, const VectorX& y) {
+    double size = 0;
+    for (const Term& term : p.terms())
+      size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y));
+    return size;
+  }
+
   double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
     const auto text = texts_.find(label);
     return text != texts_.end() ? evaluate_text(text->second, values_at(y).names) : polynomial_at(p, y);
@@ -202,9 +209,7 @@ class EngineComparison {
         if (!is_derived || text == texts_.end()) continue;
         const double denominator = polynomial_at(formula.denominator, y);
         double value = polynomial_at(formula.value, y) / denominator;
-        double size = 0;
-        for (const Term& term : formula.value.terms())
-          size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / denominator);
+        double size = sum_term_sizes(formula.value, y) / std::abs(denominator);
         for (const FormulaProduct& product : formula.products) {
           const double part = polynomial_at(product.numerator, y) / polynomial_at(product.denominator, y) *
                               polynomial_at(product.factor, y);
@@ -302,7 +307,10 @@ class EngineComparison {
               w_error, std::abs(printed_entry("w", {i, j, k}, n, s.w[i][j][k], y) - engine.velocity[i](at(j), at(k))));
       }
     }
-    const double z_scale = numerics::max_abs(found.value.rates) * numerics::max_abs(plain.value.static_terms.sum());
+    double moment =
+        numerics::max_abs(plain.value.static_terms.sum());  // of balanced mechanisms: of the terms that cancel
+    for (const Polynomial& entry : sheet_.equations.z) moment = std::max(moment, sum_term_sizes(entry, y));
+    const double z_scale = numerics::max_abs(found.value.rates) * moment;
     return std::max({M_error / numerics::max_abs(engine.mass), w_error / w_scale, z_error / std::max(z_scale, 1e-300),
                      max_relation_error(found.value, all, y)});
   }
