@@ -175,6 +175,15 @@ class Speeds(Case):
             self.assert_quiet_success(done)
             self.assertIn(f"{name}_ = ", done.stdout)
 
+    def test_a_note_names_what_must_not_vanish(self):
+        """The tool's speeds along x and y do not determine the motion of an arm that is stretched."""
+        done = run("equations", self.write("p.yaml", PENDULUM), "--only", "speeds", "--speeds", "x: tool.x, y: tool.y")
+        self.assert_quiet_success(done)
+        note = "".join(line for line in done.stdout.splitlines() if line.startswith("note: where"))
+        self.assertRegex(note, r"sin\(B\) vanishes|Delta vanishes")
+        done = run("equations", self.write("p.yaml", PENDULUM), "--only", "speeds", "--speeds", "f: A, s: {A: 1, B: 1}")
+        self.assertNotIn("note: where", done.stdout)
+
     def test_equal_factors_of_speeds_are_one_symbol(self):
         done = run("equations", self.write("p.yaml", PENDULUM), "--only", "speeds", "--speeds", "x: {A: 0.12345678, B: 0.12345678}, y: B")
         self.assert_quiet_success(done)
