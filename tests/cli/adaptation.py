@@ -81,11 +81,11 @@ class Adaptation(Case):
         return json.loads(done.stdout), found
 
     def test_a_run_is_that_of_fixed_weights_on_both_sides(self):
-        text = config("5r-adapts.yaml")
+        text = config("machines/5r-adapts.yaml")
         told, found = self.samples(text)
         t = found["time"]
         self.assertEqual([one["counterweight"] for one in told["adaptation"]["moves"]], ["cw11", "cw12"])
-        plain = config("5r-adapts.yaml", ("    adapt:.*", ""))
+        plain = config("machines/5r-adapts.yaml", ("    adapt:.*", ""))
         empty = plain.replace("mass: load, from: 1", "mass: 0")
         full = plain.replace("mass: load, from: 1", "mass: load").replace(
             "at: [x11, 0]", 'at: ["x11 - a11 * load / 4", 0]').replace("at: [x12, 0]", 'at: ["x12 - a12 * load / 2", 0]')
@@ -99,7 +99,7 @@ class Adaptation(Case):
             self.assertLess(np.abs(found["shaking_force"][when]).max(), 1e-9 * np.abs(found["shaking_force"]).max())
 
     def test_formulations_agree(self):
-        text = config("5r-adapts.yaml")
+        text = config("machines/5r-adapts.yaml")
         _, tree = self.samples(text)
         _, natural = self.samples(text, "--formulation", "natural")
         for name in ("torque", "shaking_force", "shaking_moment", "joint_acceleration"):
@@ -139,7 +139,7 @@ class Adaptation(Case):
         self.assertAlmostEqual(told["adaptation"]["work"], first["work"] + second["work"] + third["work"], delta=1e-12)
 
     def test_power_is_the_rate_of_energy(self):
-        for text in (config("5r-adapts.yaml"), SPATIAL):
+        for text in (config("machines/5r-adapts.yaml"), SPATIAL):
             _, found = self.samples(text, "--samples", "4001")
             energy = (found["kinetic_energy"] + found["potential_energy"]).ravel()
             t, power = found["time"], found["power"].sum(1)
@@ -174,7 +174,7 @@ trajectories:
         self.assertLess(np.abs(found["tracking_error"]).max(), 1e-5)
         move, = told["adaptation"]["moves"]
         self.assertAlmostEqual(move["work"], -4 * G * 0.2 * math.sin(0.7), delta=1e-2)
-        told, found = self.samples(config("5r-adapts.yaml"), "-c", "computed-torque", command="control")
+        told, found = self.samples(config("machines/5r-adapts.yaml"), "-c", "computed-torque", command="control")
         self.assertLess(np.abs(found["tracking_error"]).max(), 1e-3)
         self.assertEqual(len(told["adaptation"]["moves"]), 2)
         for gains, words in (("{type: pd, kp: 30, kd: 4}", "'kp'"), ("{type: sliding-mode, k: 3}", "'k'")):
@@ -182,9 +182,9 @@ trajectories:
             self.assert_failure(run("control", spec, "-c", "follow"), 3, words, "counterweights that move")
 
     def test_every_drive(self):
-        for text in (config("5r-adapts.yaml", ("law: cycloidal\n.*from: ", "path: {table: [[0, 0.1, 0.5], [0.6, 0.15, 0.5], [1.4, 0.2, 0.5], [2, 0.3, 0.42]]}\n"
+        for text in (config("machines/5r-adapts.yaml", ("law: cycloidal\n.*from: ", "path: {table: [[0, 0.1, 0.5], [0.6, 0.15, 0.5], [1.4, 0.2, 0.5], [2, 0.3, 0.42]]}\n"
                                                "    drive: tool\n    samples: 801\n    from: "), (r"    from:.*?    adapt", "    adapt")),
-                     config("5r-adapts.yaml", ("drive: tool", "drive: joints"), (r"    path:[^\n]*\n", ""))):
+                     config("machines/5r-adapts.yaml", ("drive: tool", "drive: joints"), (r"    path:[^\n]*\n", ""))):
             told, found = self.samples(text)
             self.assertEqual(len(told["adaptation"]["moves"]), 2)
             x = found["joint_position"][:, -2:]
@@ -204,7 +204,7 @@ trajectories:
     def test_files_have_the_slides(self):
         """Poses, parts, plots, pages and comparisons follow the weights."""
         file = self.path("run.h5")
-        spec = os.path.join(CONFIGS, "5r-adapts.yaml")
+        spec = os.path.join(CONFIGS, "machines", "5r-adapts.yaml")
         self.assert_quiet_success(run("simulate", spec, "-o", file, "--poses", "--split", "-q"))
         with h5py.File(file) as read:
             bodies = [name.decode() for name in read["body"]]
@@ -222,7 +222,7 @@ trajectories:
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_text_tells_the_moves(self):
-        done = run("simulate", os.path.join(CONFIGS, "5r-adapts.yaml"))
+        done = run("simulate", os.path.join(CONFIGS, "machines", "5r-adapts.yaml"))
         self.assertEqual(done.returncode, 0, done.stderr)
         text = unwrapped(done.stdout)
         self.assertIn("cw12 moved from 0 to 0.225 m, 1 to 1.4 s", text)

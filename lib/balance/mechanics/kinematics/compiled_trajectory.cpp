@@ -417,6 +417,9 @@ class TrajectoryCompiler {
 template <class S>
 CompiledTrajectory<S> compile_trajectory(const Mechanism& mechanism, const Tree<S>& tree,
                                          const Trajectory& trajectory) {
+  if (!trajectory.adaptations.empty())
+    throw std::invalid_argument("the counterweights that trajectory '" + trajectory.name +
+                                "' moves are not modelled here (model_adaptations)");
   return TrajectoryCompiler<S>(mechanism, tree, trajectory).run();
 }
 

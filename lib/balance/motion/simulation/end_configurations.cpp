@@ -63,7 +63,8 @@ kinematics::ConfigurationResult find_first_configuration(const Mechanism& mechan
 
 }  // namespace
 
-kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, Trajectory trajectory) {
+  trajectory.adaptations.clear();  // counterweights do not change the configuration
   // a table contains its start; if rates are constrained, `from` may leave the configuration to `assembly`
   if (std::holds_alternative<trajectory::TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
     const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
@@ -76,6 +77,7 @@ kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechan
 
 kinematics::ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
   trajectory.samples = 2;
+  trajectory.adaptations.clear();
   RunResult run = simulate(mechanism, trajectory);
   kinematics::ConfigurationResult result{std::move(run.outcome), {}};
   if (result.outcome.status != MotionStatus::done) return result;

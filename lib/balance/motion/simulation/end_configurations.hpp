@@ -22,7 +22,7 @@ Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& 
 // Configurations at the beginning and the end of a trajectory.
 
 /// Computed without a run if the trajectory's `from` determines it.
-kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
+kinematics::ConfigurationResult find_start_configuration(const Mechanism& mechanism, Trajectory trajectory);
 
 /// In the assembly mode in which a run arrives.
 kinematics::ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory);
