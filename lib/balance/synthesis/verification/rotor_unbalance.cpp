@@ -114,8 +114,8 @@ void add_to_plane(std::vector<CorrectionPlane>& planes, const std::string& name,
 }
 
 /// Planes without their unbalances; none unless there are two.
-std::vector<CorrectionPlane> list_planes(const Mechanism& mechanism, const RotorAxis& axis) {
-  const double tolerance = plane_tolerance * characteristic_length(mechanism);
+/// @param tolerance of their positions [m]
+std::vector<CorrectionPlane> list_planes(const Mechanism& mechanism, const RotorAxis& axis, double tolerance) {
   std::vector<CorrectionPlane> of_counterweights, of_points;
   for (const Attachment& attachment : mechanism.attachments)
     if (attachment.body == axis.body && attachment.kind == AttachmentKind::counterweight)
@@ -164,7 +164,7 @@ RotorQuality rate_quality(const RotorUnbalance& rotor, const std::string& trajec
   return quality;
 }
 
-RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorAxis& axis) {
+RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorAxis& axis, double tolerance) {
   const Mechanism& mechanism = study.mechanism;
   const MassMoments sum = sum_masses(mechanism, axis);
   RotorUnbalance rotor{.body = mechanism.bodies[static_cast<std::size_t>(axis.body)].name,
@@ -179,7 +179,7 @@ RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorA
     const double centre = axis.direction.dot(sum.first) / sum.mass;
     rotor.couple_unbalance = make_unbalance(axis, sum.second * axis.direction - centre * sum.first,
                                             sum.second_size + std::abs(centre) * sum.first_size);
-    rotor.planes = list_planes(mechanism, axis);
+    rotor.planes = list_planes(mechanism, axis, tolerance);
     resolve_in_planes(axis, sum, rotor.planes);
   }
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
@@ -195,9 +195,11 @@ RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorA
 
 std::vector<RotorUnbalance> list_rotor_unbalances(const Study& study) {
   std::vector<RotorUnbalance> rotors;
+  const double tolerance = plane_tolerance * characteristic_length(study.mechanism);  // quadratic in the points
   for (std::size_t j = 0; j < study.mechanism.joints.size(); ++j)
     if (const std::optional<RotorAxis> axis = find_rotor_axis(study.mechanism, study.mechanism.joints[j]))
-      if (RotorUnbalance rotor = measure_rotor(study, j, *axis); rotor.mass > 0) rotors.push_back(std::move(rotor));
+      if (RotorUnbalance rotor = measure_rotor(study, j, *axis, tolerance); rotor.mass > 0)
+        rotors.push_back(std::move(rotor));
   return rotors;
 }
 
