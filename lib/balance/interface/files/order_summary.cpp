@@ -32,7 +32,7 @@ struct OrderRow {
   double phase = unknown;                        ///< amplitude · cos(nθ − phase) [rad]
   double forward = unknown, backward = unknown;  ///< of a vector in the plane
   double share = 0;
-  double round_off = 0;
+  double round_off = 0, largest = 0;  ///< of the quantity: what is round-off, and the largest of all orders
 
   std::string name() const { return component.empty() ? quantity : quantity + "[" + component + "]"; }
 };
@@ -49,10 +49,12 @@ std::vector<OrderRow> list_order_rows(const OrderAnalysis& analysis) {
   std::vector<OrderRow> rows;
   for (const QuantityOrders& quantity : analysis.quantities) {
     const auto components = static_cast<Eigen::Index>(quantity.components.size());
+    double largest = 0;
+    for (Eigen::Index n = 0; n < quantity.cosine.rows(); ++n) largest = std::max(largest, quantity.peak(n));
     for (Eigen::Index n = 0; n < quantity.cosine.rows(); ++n) {
       OrderRow row{.quantity = quantity.quantity, .component = "", .unit = quantity.unit};
       row.order = analysis.orders[static_cast<std::size_t>(n)];
-      row.share = quantity.share(n), row.round_off = quantity.round_off;
+      row.share = quantity.share(n), row.round_off = quantity.round_off, row.largest = largest;
       if (components > 0) {
         row.amplitude = quantity.peak(n);
         if (components == 2) {
@@ -113,7 +115,8 @@ ReportFields<results::SpeedFluctuation> fluctuation_fields() {
            Hdf5Dataset{"smallest speed, without a flywheel"}}};
 }
 
-std::string format_fluctuation(const results::SpeedFluctuation& fluctuation, const specification::SpecUnits& units) {
+std::string format_fluctuation(const OrderAnalysis& analysis, const specification::SpecUnits& units) {
+  const results::SpeedFluctuation& fluctuation = *analysis.fluctuation;
   const DisplayUnit torque = find_display_unit("N m", units), energy = find_display_unit("J", units),
                     inertia = find_display_unit("kg m^2", units);
   std::string text = fmt::format(
@@ -122,7 +125,7 @@ std::string format_fluctuation(const results::SpeedFluctuation& fluctuation, con
       format_number(torque.convert(fluctuation.mean_torque)), torque.name, 100 * fluctuation.coefficient,
       format_number(energy.convert(fluctuation.energy_range)), energy.name);
   if (fluctuation.flywheel)
-    text += fmt::format("flywheel on {} for the stated fluctuation: {} {}\n", fluctuation.coordinate,
+    text += fmt::format("flywheel on {} for the stated fluctuation: {} {}\n", analysis.turning.coordinate,
                         format_number(inertia.convert(*fluctuation.flywheel)), inertia.name);
   return text;
 }
@@ -140,15 +143,11 @@ std::string format_orders(const OrderAnalysis& analysis, const TextOptions& opti
   std::string text = fmt::format(
       "orders of the angle of {}, which makes {} at {:.6g} {}; amplitudes are peak values\n\n", turning.coordinate,
       count_noun(turning.turns, "turn", "turns"), speed.convert(turning.speed), speed.name);
-  if (analysis.fluctuation) text += format_fluctuation(*analysis.fluctuation, options.units) + "\n";
+  if (analysis.fluctuation) text += format_fluctuation(analysis, options.units) + "\n";
   text = wrap_lines(text, options.width);
-  const std::vector<OrderRow> rows = list_order_rows(analysis);
   std::vector<OrderRow> shown;
-  for (const OrderRow& row : rows) {
-    double largest = 0;
-    for (const OrderRow& other : rows)
-      if (other.quantity == row.quantity) largest = std::max(largest, other.amplitude);
-    if ((options.verbose || is_main(row)) && row.amplitude > row.round_off && row.amplitude > shown_part * largest)
+  for (const OrderRow& row : list_order_rows(analysis)) {
+    if ((options.verbose || is_main(row)) && row.amplitude > row.round_off && row.amplitude > shown_part * row.largest)
       shown.push_back(row);
   }
   if (shown.empty()) return text + "nothing varies beyond round-off\n";

@@ -3,7 +3,6 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
-
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
 
@@ -50,8 +49,16 @@ bool is_physical(const RunQuantity& quantity) {
          quantity.array != &RunResult::saturation && quantity.components.size() < 4;
 }
 
+/// The samples of a quantity but for the last one, which repeats the first.
+using PeriodSamples = Eigen::Ref<const Samples, 0, Eigen::OuterStride<>>;
+
+PeriodSamples period_of(const RunResult& run, const MetricSeries& series) {
+  return (run.*series.array).block(0, series.first, run.time.size() - 1, series.count);
+}
+
 /// Of a quantity whose last sample differs from the first one: by how much, as a part of its range. 0: it repeats.
-double repetition_error(const Samples& samples, double round_off) {
+double find_repetition_error(const RunResult& run, const MetricSeries& series, double round_off) {
+  const auto samples = (run.*series.array).middleCols(series.first, series.count);
   double range = 0, difference = 0;
   for (Eigen::Index c = 0; c < samples.cols(); ++c) {
     range = std::max(range, numerics::max_coefficient(samples.col(c)) - numerics::min_coefficient(samples.col(c)));
@@ -67,9 +74,9 @@ bool must_repeat(const MetricSeries& series) {
          series.array == &RunResult::kinetic_energy;
 }
 
-void require_repetition(const MetricSeries& series, const Samples& samples, double round_off,
+void require_repetition(const RunResult& run, const MetricSeries& series, double round_off,
                         const UniformTurning& turning) {
-  const double error = repetition_error(samples, round_off);
+  const double error = find_repetition_error(run, series, round_off);
   if (error > 0)
     throw std::invalid_argument("the motion does not repeat after " + count_noun(turning.turns, "turn", "turns") +
                                 " of " + turning.coordinate + ": " + series.quantity + " differs by " +
@@ -81,6 +88,23 @@ void require_samples(const RunResult& run, double order, int turns) {
   if (run.time.size() < needed)
     throw std::invalid_argument("order " + format_short(order) + " needs at least " + std::to_string(needed) +
                                 " samples");
+}
+
+/// Mean and variance, without any order yet.
+QuantityOrders begin_orders(const PeriodSamples& samples, std::size_t orders) {
+  QuantityOrders result;
+  result.mean = samples.colwise().mean().transpose();
+  result.variance = (samples.rowwise() - result.mean.transpose()).squaredNorm() / static_cast<double>(samples.rows());
+  result.cosine.setZero(static_cast<Eigen::Index>(orders), samples.cols());
+  result.sine = result.cosine;
+  return result;
+}
+
+void fit_order(const Harmonic& harmonic, Eigen::Index order, const PeriodSamples& samples, QuantityOrders& result) {
+  const double weight = 2 / static_cast<double>(samples.rows());
+  const MatrixX deviation = samples.rowwise() - result.mean.transpose();
+  result.cosine.row(order) = weight * harmonic.cosine.transpose() * deviation;
+  result.sine.row(order) = weight * harmonic.sine.transpose() * deviation;
 }
 
 }  // namespace
@@ -114,24 +138,11 @@ UniformTurning find_uniform_turning(const RunResult& run) {
       "'turns: 1': in this one no joint does");
 }
 
-HarmonicBasis::HarmonicBasis(const VectorX& angle, const std::vector<double>& orders)
-    : cosine_(angle.size() - 1, static_cast<Eigen::Index>(orders.size())), sine_(cosine_.rows(), cosine_.cols()) {
-  for (Eigen::Index n = 0; n < cosine_.cols(); ++n)
-    for (Eigen::Index k = 0; k < cosine_.rows(); ++k) {
-      const double phase = orders[static_cast<std::size_t>(n)] * angle[k];
-      cosine_(k, n) = elementary::cos(phase), sine_(k, n) = elementary::sin(phase);
-    }
-}
-
-QuantityOrders HarmonicBasis::analyse(const Samples& samples) const {
-  const auto count = static_cast<double>(cosine_.rows());
-  QuantityOrders result;
-  result.mean = samples.topRows(cosine_.rows()).colwise().sum().transpose() / count;
-  const MatrixX deviation = samples.topRows(cosine_.rows()).rowwise() - result.mean.transpose();
-  result.variance = deviation.squaredNorm() / count;
-  result.cosine = 2 / count * (cosine_.transpose() * deviation);
-  result.sine = 2 / count * (sine_.transpose() * deviation);
-  return result;
+Harmonic::Harmonic(const VectorX& angle, double order) : cosine(angle.size() - 1), sine(angle.size() - 1) {
+  for (Eigen::Index k = 0; k < cosine.size(); ++k) {
+    cosine[k] = elementary::cos(order * angle[k]);
+    sine[k] = elementary::sin(order * angle[k]);
+  }
 }
 
 OrderAnalysis analyse_orders(const RunResult& run, int highest, std::optional<double> stated) {
@@ -141,28 +152,30 @@ OrderAnalysis analyse_orders(const RunResult& run, int highest, std::optional<do
   const int turns = analysis.turning.turns;
   require_samples(run, highest, turns);
   for (int k = 1; k <= highest * turns; ++k) analysis.orders.push_back(static_cast<double>(k) / turns);
-  const HarmonicBasis basis(run.joint_position.col(coordinate_index(run, analysis.turning.coordinate)),
-                            analysis.orders);
   const RunQuantities quantities(&run, nullptr);
+  std::vector<PeriodSamples> periods;
   for (const RunQuantity& quantity : quantities.list()) {
     if (!is_physical(quantity)) continue;
     const int count = std::max(1, static_cast<int>(quantity.components.size()));
     const MetricSeries series{quantity.name, quantity.unit, quantity.array, quantity.first, count, ""};
-    const Samples samples = (run.*series.array).middleCols(series.first, count);
     const double round_off = column_round_off(run, series.array, series.first);
-    if (repetition_error(samples, round_off) > 0 && !must_repeat(series)) continue;
-    require_repetition(series, samples, round_off, analysis.turning);
-    QuantityOrders orders = basis.analyse(samples);
-    orders.quantity = quantity.name, orders.unit = quantity.unit,
-    orders.components = count > 1 ? quantity.components : std::vector<std::string>();
-    orders.round_off = round_off;
+    if (must_repeat(series))
+      require_repetition(run, series, round_off, analysis.turning);
+    else if (find_repetition_error(run, series, round_off) > 0)
+      continue;
+    periods.push_back(period_of(run, series));
+    QuantityOrders orders = begin_orders(periods.back(), analysis.orders.size());
+    orders.quantity = quantity.name, orders.unit = quantity.unit, orders.round_off = round_off;
+    if (count > 1) orders.components = quantity.components;
     analysis.quantities.push_back(std::move(orders));
   }
-  try {
-    analysis.fluctuation = analyse_speed_fluctuation(run, stated);
-  } catch (const std::invalid_argument&) {
-    if (stated) throw;  // else nobody asked
+  const VectorX angle = run.joint_position.col(coordinate_index(run, analysis.turning.coordinate));
+  for (std::size_t n = 0; n < analysis.orders.size(); ++n) {
+    const Harmonic harmonic(angle, analysis.orders[n]);
+    for (std::size_t q = 0; q < periods.size(); ++q)
+      fit_order(harmonic, static_cast<Eigen::Index>(n), periods[q], analysis.quantities[q]);
   }
+  analysis.fluctuation = analyse_speed_fluctuation(run, analysis.turning, stated);
   return analysis;
 }
 
@@ -173,11 +186,12 @@ double compute_order_peak(const RunResult& run, const MetricSeries& series, doub
     throw std::invalid_argument("a run of " + count_noun(turning.turns, "turn", "turns") + " has no order " +
                                 format_short(order));
   require_samples(run, order, turning.turns);
-  const Samples samples = (run.*series.array).middleCols(series.first, series.count);
   const double round_off = column_round_off(run, series.array, series.first);
-  require_repetition(series, samples, round_off, turning);
+  require_repetition(run, series, round_off, turning);
   const VectorX angle = run.joint_position.col(coordinate_index(run, turning.coordinate));
-  return suppress_round_off(round_off, HarmonicBasis(angle, {order}).analyse(samples).peak(0));
+  QuantityOrders orders = begin_orders(period_of(run, series), 1);
+  fit_order(Harmonic(angle, order), 0, period_of(run, series), orders);
+  return suppress_round_off(round_off, orders.peak(0));
 }
 
 RotatingParts split_rotation(const QuantityOrders& orders, Eigen::Index order) {

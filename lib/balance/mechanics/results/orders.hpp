@@ -12,13 +12,6 @@
 
 namespace balance::results {
 
-/// The motion over which orders are counted.
-struct UniformTurning {
-  std::string coordinate;  ///< "A"; θ is its value
-  double speed = 0;        ///< [rad/s], of any sign
-  int turns = 0;           ///< of the whole run
-};
-
 /// Orders of a scalar or of a vector with all its components.
 struct QuantityOrders {
   std::string quantity;                 ///< "shaking_force", "torque[A]"
@@ -26,6 +19,7 @@ struct QuantityOrders {
   std::vector<std::string> components;  ///< "x", "y"; empty: a scalar
   VectorX mean;                         ///< a₀ per component
   MatrixX cosine, sine;                 ///< aₙ and bₙ, orders × components
+  double variance = 0;                  ///< mean square of the difference from the mean, all components together
   double round_off = 0;                 ///< amplitudes up to this are round-off
 
   /// Amplitude of one component, √(aₙ² + bₙ²): a peak value.
@@ -34,7 +28,6 @@ struct QuantityOrders {
   double peak(Eigen::Index order) const;
   /// Part of the mean square of everything that varies, 0 to 1.
   double share(Eigen::Index order) const;
-  double variance = 0;  ///< mean square of the difference from the mean, all components together
 };
 
 struct OrderAnalysis {
@@ -57,18 +50,12 @@ UniformTurning find_uniform_turning(const RunResult& run);
 ///         those at its start by more than 1e-9 of their range. The message is suitable for users.
 OrderAnalysis analyse_orders(const RunResult& run, int highest, std::optional<double> stated = {});
 
-/// Cosines and sines of orders at the samples of a run, but for the last one.
-class HarmonicBasis {
- public:
+/// Cosine and sine of order · θ at the samples of a run, but for the last one.
+struct Harmonic {
+  VectorX cosine, sine;
+
   /// @param angle θ per sample [rad]
-  HarmonicBasis(const VectorX& angle, const std::vector<double>& orders);
-
-  /// Orders of one quantity; names and round-off are left open.
-  /// @param samples one row per sample of the run, one column per component
-  QuantityOrders analyse(const Samples& samples) const;
-
- private:
-  MatrixX cosine_, sine_;  ///< samples × orders
+  Harmonic(const VectorX& angle, double order);
 };
 
 /// QuantityOrders::peak() of one order of one quantity of a run; round-off is 0.

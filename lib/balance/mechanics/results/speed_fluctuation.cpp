@@ -1,6 +1,5 @@
 #include "balance/mechanics/results/speed_fluctuation.hpp"
 
-#include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/bracketed_root.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/orders.hpp"
@@ -39,20 +38,16 @@ class Machine {
       : speed_(std::abs(turning.speed)) {
     const Eigen::Index count = run.time.size() - 1;
     inertia_ = 2 * run.kinetic_energy.col(0).head(count) / (speed_ * speed_);
-    const VectorX angle = run.joint_position.col(coordinate);
-    std::vector<double> orders;
-    for (Eigen::Index k = 1; k <= std::min(max_integrated_orders, (count - 1) / 2); ++k)
-      orders.push_back(static_cast<double>(k) / turning.turns);
-    const QuantityOrders torque = HarmonicBasis(angle, orders).analyse(run.torque);
-    mean_torque_ = torque.mean[0];
+    mean_torque_ = run.torque.col(0).head(count).mean();
     energy_ = speed_ * speed_ / 2 * inertia_;
-    for (Eigen::Index i = 0; i < count; ++i)
-      for (std::size_t n = 0; n < orders.size(); ++n) {
-        const auto row = static_cast<Eigen::Index>(n);
-        energy_[i] -= (torque.cosine(row, 0) * elementary::sin(orders[n] * angle[i]) -
-                       torque.sine(row, 0) * elementary::cos(orders[n] * angle[i])) /
-                      orders[n];
-      }
+    const VectorX angle = run.joint_position.col(coordinate),
+                  deviation = run.torque.col(0).head(count).array() - mean_torque_;
+    for (Eigen::Index k = 1; k <= std::min(max_integrated_orders, (count - 1) / 2); ++k) {
+      const double order = static_cast<double>(k) / turning.turns, weight = 2 / (static_cast<double>(count) * order);
+      const Harmonic harmonic(angle, order);
+      energy_ -=
+          weight * (harmonic.cosine.dot(deviation) * harmonic.sine - harmonic.sine.dot(deviation) * harmonic.cosine);
+    }
   }
 
   double mean_torque() const { return mean_torque_; }
@@ -82,7 +77,7 @@ class Machine {
     return speeds ? 2 * (speeds->first - speeds->second) / (speeds->first + speeds->second) : fluctuation_at_rest;
   }
 
-  /// Inertia of the least flywheel for a coefficient.
+  /// Inertia of the smallest flywheel for a coefficient.
   double find_flywheel(double stated) const {
     const auto excess = [&](double flywheel) { return coefficient(flywheel) - stated; };
     const double without = excess(0);
@@ -103,26 +98,23 @@ class Machine {
 
 }  // namespace
 
-SpeedFluctuation analyse_speed_fluctuation(const RunResult& run, std::optional<double> stated) {
-  const UniformTurning turning = find_uniform_turning(run);
-  if (run.actuator_names.size() != 1 || run.actuator_names.front() != turning.coordinate)
-    throw std::invalid_argument(
-        "the speed fluctuates by its own dynamics only if a single actuator turns at constant speed");
-  for (const MetricSeries& series : list_metric_series(run))
-    if (series.array == &RunResult::torque || series.array == &RunResult::kinetic_energy)
-      compute_order_peak(run, series, 1);  // refuses what does not repeat
+std::optional<SpeedFluctuation> analyse_speed_fluctuation(const RunResult& run, const UniformTurning& turning,
+                                                          std::optional<double> stated) {
+  const auto refuse = [&](const char* reason) {
+    if (stated) throw std::invalid_argument(reason);
+    return std::nullopt;  // nobody asked
+  };
+  if (run.actuator_names != std::vector<std::string>{turning.coordinate})
+    return refuse("the speed fluctuates by its own dynamics only if a single actuator turns at constant speed");
   const auto coordinate = std::find(run.coordinate_names.begin(), run.coordinate_names.end(), turning.coordinate);
   const Machine machine(run, coordinate - run.coordinate_names.begin(), turning);
-  if (!(machine.mean_inertia() > 0)) throw std::invalid_argument("without moving masses no speed fluctuates");
+  if (!(machine.mean_inertia() > 0)) return refuse("without moving masses no speed fluctuates");
+  const auto speeds = machine.find_speeds(0);
+  if (!speeds && !stated) return std::nullopt;  // the machine would come to rest
   SpeedFluctuation result;
-  result.coordinate = turning.coordinate, result.speed = turning.speed;
   result.mean_torque = suppress_round_off(column_round_off(run, &RunResult::torque, 0), machine.mean_torque());
   result.energy_range = suppress_round_off(energy_epsilon * machine.mean_energy(), machine.energy_range());
-  if (const auto speeds = machine.find_speeds(0)) {
-    result.largest = speeds->first, result.smallest = speeds->second;
-  } else if (!stated) {
-    throw std::invalid_argument("with its mean torque the machine would come to rest: it needs a flywheel");
-  }
+  if (speeds) result.largest = speeds->first, result.smallest = speeds->second;
   result.coefficient = machine.coefficient(0);
   if (stated) result.flywheel = machine.find_flywheel(*stated);
   return result;
