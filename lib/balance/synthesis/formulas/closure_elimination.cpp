@@ -276,6 +276,9 @@ class ClosureElimination::Implementation {
   }
 
   void derive_accelerations() {
+    // since the rates were solved for, others may have added symbols to the ring, for which the samples have no values;
+    // only the choice of pivots reads them
+    samples_.clear();
     steps_ = &acceleration_steps_;
     const std::size_t d = choice_.independent.size();
     c_.assign(n_, Matrix(d, Row(d)));
