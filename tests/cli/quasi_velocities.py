@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import unittest
 
 import h5py
@@ -42,6 +43,19 @@ joints:
   P: {type: planar, connects: [ground.O, plate.C]}
 actuators: [P.x, P.y, P.angle]
 tool: plate.H
+"""
+
+SLIDES = """
+space: planar
+gravity: [0, 0]
+ground: {{points: {{O: [0, 0]}}}}
+bodies:
+  a: {{mass: {mass}, com: [0, 0], inertia: 0, points: {{O: [0, 0]}}}}
+  b: {{mass: {mass}, com: [0, 0], inertia: 0, points: {{O: [0, 0]}}}}
+joints:
+  A: {{type: prismatic, connects: [ground.O, a.O], axis: [1, 0]}}
+  B: {{type: prismatic, connects: [a.O, b.O], axis: [0, 1]}}
+actuators: [A, B]
 """
 
 # An arm in space: a turntable, a shoulder and a slide.
@@ -176,6 +190,47 @@ class QuasiVelocities(Case):
         self.assertAlmostEqual(found["w133"], -2 * 0.12, delta=1e-14)
         self.assertAlmostEqual(found["w213"], 2 / 2, delta=1e-14)
         self.assertAlmostEqual(found["w233"], 2 * 0.05, delta=1e-14)
+
+    def test_every_name_is_defined_before_it_is_used(self):
+        """Velocity terms of six links are too long to be printed: what uses their names is left out with them."""
+        links = range(1, 7)
+        text = ("space: planar\ngravity: [0, -9.81]\nground: {points: {O: [0, 0]}}\nbodies:\n" +
+                "".join(f"  b{k}: {{mass: {k}, com: [0.1, 0.0{k}], inertia: 0.03, points: {{P: [0, 0], Q: [0.3, 0]}}}}\n" for k in links) +
+                "joints:\n" + "".join(f"  J{k}: {{type: revolute, connects: [{f'b{k - 1}.Q' if k > 1 else 'ground.O'}, b{k}.P]}}\n" for k in links) +
+                "actuators: [J1, J2, J3, J4, J5, J6]\n")
+        arm, speeds = self.write("arm.yaml", text), "p1: J1, p2: J2, p3: J3, p4: J4, p5: J5, p6: {J5: 1, J6: 1}"
+        left_out = {}
+        for call in ((), ("--only", "inertia,speeds"), ("--only", "velocity,speeds"), ("--all",)):
+            _, told = self.sheet(arm, "--speeds", speeds, *call)
+            known = {*told["symbols"], *told["coordinates"], "sin", "cos"}
+            for section in told["sections"]:
+                for formula in section["formulas"]:
+                    self.assertEqual(set(re.findall(r"[A-Za-z_]\w*", formula["formula"])) - known, set(), (call, formula))
+                    known.add(formula.get("name"))
+            left_out[call] = [section["section"] for section in told["sections"] if section["too_long"]]
+        self.assertEqual(left_out, {(): ["velocity", "speeds"], ("--only", "inertia,speeds"): ["speeds"],
+                                    ("--only", "velocity,speeds"): ["velocity", "speeds"], ("--all",): []})
+        self.assertIn("left out like velocity, whose names it uses: --all prints them", run("equations", arm, "--speeds", speeds).stdout)
+
+    def test_the_note_names_what_vanishes_at_some_poses(self):
+        """Constants are no divisors that vanish; the same divisor of two speeds is one."""
+        slides = SLIDES.format(mass=2)
+        springs = ARM.replace("springs: {s: {joint: B, stiffness: 3}}", "springs: {s: {between: [ground.O, b.H], stiffness: 3, free_length: 0.2}}")
+        for text, speeds, notes in (
+                (slides, "x: com.x, y: B", []),
+                (slides, "x: {A: 1, B: 0.123456789012345678}, y: {A: 0.987654321098765432, B: 1}", []),
+                (slides, 'x: {A: "B"}, y: {B: "B"}', ["where B vanishes, the speeds do not determine the motion"]),
+                (slides, 'x: {A: "B"}, y: {B: "A"}', ["where B, A vanish, the speeds do not determine the motion"]),
+                (springs, "x: tool.x, y: tool.y", ["where l1 l2 sin(B) vanishes, the speeds do not determine the motion"]),
+                (ARM, "x: com.x, y: com.y", ["where Delta vanishes, the speeds do not determine the motion"])):
+            _, told = self.sheet(self.write("s.yaml", text), "--only", "speeds", "--speeds", speeds)
+            self.assertEqual([note for note in told["notes"] if note.startswith("where")], notes, speeds)
+
+    def test_formulas_of_a_mechanism_without_mass(self):
+        """All terms are zero, and so is their difference from those of the engine."""
+        formulas, told = self.sheet(self.write("slides.yaml", SLIDES.format(mass=0)), "--only", "speeds", "--speeds", "x: A, y: B")
+        self.assertEqual(told["checked"]["error"], 0)
+        self.assertIn("M11", told["sections"][0]["zero"])
 
     def test_formulas_are_those_of_the_engine_at_poses(self):
         """Each sheet has been compared by the program; here two are evaluated and compared with the matrices at a pose."""

@@ -43,6 +43,8 @@ std::string solution_text(const PrintedSection& section) {
 }
 
 std::string length_note(const PrintedSection& section) {
+  if (!section.used_left_out.empty())
+    return fmt::format("left out like {}, whose names it uses: --all prints them", section.used_left_out);
   if (section.section == formulas::SheetSectionKind::natural)
     return fmt::format("{} terms: --all prints them", section.terms);
   return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);

@@ -67,6 +67,11 @@ constexpr double min_pose_regularity = 1e-2, closure_consistency_tolerance = 1e-
 /// Of the coordinates from those of another assembly [rad or m].
 constexpr double max_assembly_difference = 1e-6;
 
+/// Zero if both are, as without mass.
+double relative_error(double difference, double scale) {
+  return std::abs(difference) / std::max(scale, std::numeric_limits<double>::min());
+}
+
 class EngineComparison {
  public:
   EngineComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
@@ -111,7 +116,7 @@ class EngineComparison {
     const VectorX tree_effort = B.transpose() * terms.sum, engine_effort = M.value * a + h.value;
     const double scale = numerics::max_coefficient(B.cwiseAbs().transpose() * terms.size);
     if (!tree_effort.allFinite() || !engine_effort.allFinite()) return false;
-    error = std::max(error, numerics::max_abs(tree_effort - engine_effort) / std::max(scale, 1e-300));
+    error = std::max(error, relative_error(numerics::max_abs(tree_effort - engine_effort), scale));
     double other_error = max_derived_error(y);
     if (sheet_.reduced) other_error = std::max(other_error, reduced_error(y, v, a, engine_effort, scale));
     if (sheet_.regressor)
@@ -218,7 +223,7 @@ class EngineComparison {
         }
         if (!std::isfinite(value) && section == solutions) continue;  // a factor that must not vanish does
         const double deviation = std::abs(evaluate_text(text->second, names) - value);
-        max_error = std::max(max_error, deviation / std::max(size, 1e-300));
+        max_error = std::max(max_error, relative_error(deviation, size));
       }
     return max_error;
   }
@@ -247,7 +252,7 @@ class EngineComparison {
         for (std::size_t k = j; k < d; ++k)
           torque += (j == k ? 1 : 2) * pose(e.D[i][j][k]) * component(v, j) * component(v, k);
       }
-      max_error = std::max(max_error, std::abs(torque - component(expected, i)) / std::max(scale, 1e-300));
+      max_error = std::max(max_error, relative_error(torque - component(expected, i), scale));
     }
     return max_error;
   }
@@ -311,8 +316,8 @@ class EngineComparison {
         numerics::max_abs(plain.value.static_terms.sum());  // of balanced mechanisms: of the terms that cancel
     for (const Polynomial& entry : sheet_.equations.z) moment = std::max(moment, sum_term_sizes(entry, y));
     const double z_scale = numerics::max_abs(found.value.rates) * moment;
-    return std::max({M_error / numerics::max_abs(engine.mass), w_error / w_scale, z_error / std::max(z_scale, 1e-300),
-                     max_relation_error(found.value, all, y)});
+    return std::max({relative_error(M_error, numerics::max_abs(engine.mass)), relative_error(w_error, w_scale),
+                     relative_error(z_error, z_scale), max_relation_error(found.value, all, y)});
   }
 
   /// In the pose's assembly mode.
@@ -350,7 +355,7 @@ class EngineComparison {
       }
       ++row;
     }
-    return std::max(error / scale, product_error / product_scale);
+    return std::max(relative_error(error, scale), relative_error(product_error, product_scale));
   }
 
   MatrixX jacobian(const VectorX& y) {
@@ -573,12 +578,12 @@ class NaturalComparison {
             std::max({max_error, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
                       std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
       }
-    return max_error / std::max(numerics::max_abs(expected_.mass), 1e-300);
+    return relative_error(max_error, numerics::max_abs(expected_.mass));
   }
 
   double coefficient_error() const {
     const std::size_t p = natural_.points.size();
-    double max_error = 0, scale = 1e-300;
+    double max_error = 0, scale = 0;
     for (std::size_t i = 0; i < p; ++i) {
       const std::complex<double> C = expected_.coefficients[i].coefficient;
       const std::string indices = index_text({i}, p);
@@ -588,7 +593,7 @@ class NaturalComparison {
                                        C));
       scale = std::max(scale, std::abs(C));
     }
-    return max_error / scale;
+    return relative_error(max_error, scale);
   }
 
   double constraint(std::size_t r) const {
@@ -609,7 +614,7 @@ class NaturalComparison {
   double jacobian_error() {
     const double step = expected_.unit + max_coordinate();
     const std::size_t count = std::max(natural_.constraint.size(), natural_.unknowns.size());
-    double max_error = 0, scale = 1e-300;
+    double max_error = 0, scale = 0;
     for (std::size_t u = 0; u < natural_.unknowns.size(); ++u)
       for (std::size_t r = 0; r < natural_.constraint.size(); ++r) {
         const double printed = value("G" + index_text({r, u}, count), natural_.jacobian[r][u]), centre = unknown(u);
@@ -621,7 +626,7 @@ class NaturalComparison {
         max_error = std::max(max_error, std::abs((forward_value - backward_value) / (2 * step) - printed));
         scale = std::max({scale, std::abs(printed), (std::abs(forward_value) + std::abs(backward_value)) / step});
       }
-    return max_error / scale;
+    return relative_error(max_error, scale);
   }
 
   const NaturalEquations& natural_;
@@ -683,7 +688,7 @@ double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string
   double max_error = 0;
   for (Eigen::Index p = 0; p < Y.cols(); ++p) {
     const double deviation = numerics::max_abs(projected_regressor.col(p) - expected.value.effort.col(p));
-    max_error = std::max(max_error, deviation / std::max(scale[kind(p)], 1e-300));
+    max_error = std::max(max_error, relative_error(deviation, scale[kind(p)]));
   }
   return max_error;
 }

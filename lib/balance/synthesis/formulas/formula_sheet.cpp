@@ -103,6 +103,11 @@ std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOp
   for (const SheetSection& source : sheet.sections) {
     PrintedSection printed{source.section, source.heading, {},
                            source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
+    for (const std::size_t used : source.used_sections)
+      if (!printed.is_left_out && sections[used].is_left_out) {
+        printed.is_left_out = true;
+        printed.used_left_out = sheet_section_names()[static_cast<std::size_t>(sections[used].section)];
+      }
     for (const SheetFormula& formula : source.formulas)
       if (!printed.is_left_out) printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
     if (source.section == SheetSectionKind::solutions) add_solution_details(sheet, printer, source, printed);
@@ -271,37 +276,70 @@ void add_zero_notes(FormulaSheet& sheet) {
   }
 }
 
-/// `l cos(theta2), W3`: each product once, without its number. @param divisors single terms
-std::string list_divisors(const FormulaSheet& sheet, const std::vector<Polynomial>& divisors) {
+/// `l cos(theta2)`, `W3`: each product once, without its number. @param divisors single terms
+std::vector<std::string> list_divisors(const FormulaSheet& sheet, const std::vector<Polynomial>& divisors) {
   FormulaPrinter printer(*sheet.ring);
-  std::string list;
-  std::set<std::string> listed;
+  std::vector<std::string> list;
   for (const Polynomial& divisor : divisors) {
     Term term = divisor.terms()[0];
     if (term.monomial.is_one() && term.wave == 0) continue;
     term.coefficient = 1;
-    const std::string text = printer.print(Polynomial::of_terms(sheet.ring.get(), {term}));
-    if (listed.insert(text).second) list += (list.empty() ? "" : ", ") + text;
+    std::string text = printer.print(Polynomial::of_terms(sheet.ring.get(), {term}));
+    if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(std::move(text));
   }
   return list;
 }
 
-/// Names the determinant of the speeds.
-void add_speeds_note(FormulaSheet& sheet) {
-  std::vector<Polynomial> divisors;
-  for (const Polynomial& divisor : sheet.speeds->divisors) {
-    const Term& term = divisor.terms()[0];
-    const auto& symbols = sheet.ring->symbols();
-    bool depends_on_pose = term.wave != 0;
-    for (std::size_t k = 0; k < symbols.size(); ++k)
-      depends_on_pose =
-          depends_on_pose || ((symbols[k].kind == SymbolKind::slide || symbols[k].kind == SymbolKind::alias) &&
-                              term.monomial.exponent_of(static_cast<int>(k)) != 0);
-    if (depends_on_pose) divisors.push_back(divisor);
+/// What depends on the pose: slides, angles that are not fixed, lengths of springs, and what is defined by these.
+class PoseDependence {
+ public:
+  /// @param definitions in their order
+  PoseDependence(const SymbolicEquations& equations, const std::vector<SheetFormula>& definitions) {
+    for (const auto& [symbol, square] : equations.lengths) symbols_.insert(symbol);
+    for (const SheetFormula& formula : definitions)
+      if (depends(formula)) symbols_.insert(formula.symbol);
   }
-  if (const std::string list = list_divisors(sheet, divisors); !list.empty())
-    sheet.notes.push_back("where " + list + (divisors.size() > 1 ? " vanish" : " vanishes") +
-                          ", the speeds do not determine the motion");
+
+  bool depends(const Polynomial& p) const {
+    return std::any_of(p.terms().begin(), p.terms().end(), [&](const Term& term) {
+      return depends(*p.ring(), term.monomial) || moves(*p.ring(), term.wave);
+    });
+  }
+
+ private:
+  bool depends(const SheetFormula& formula) const {
+    return depends(formula.value) || depends(formula.denominator) ||
+           std::any_of(formula.products.begin(), formula.products.end(), [&](const FormulaProduct& product) {
+             return depends(product.numerator) || depends(product.denominator) || depends(product.factor);
+           });
+  }
+  bool depends(const Ring& ring, const Monomial& monomial) const {
+    for (int k = 0; k < monomial.size(); ++k)
+      if (ring.symbol(monomial.symbol(k)).kind == SymbolKind::slide || symbols_.contains(monomial.symbol(k)))
+        return true;
+    return false;
+  }
+  static bool moves(const Ring& ring, TrigonometricId wave) {
+    if (wave == 0) return false;
+    const TrigonometricMonomial& functions = ring.wave(wave);
+    return std::any_of(functions.begin(), functions.end(), [&](const CircularFunction& function) {
+      return std::any_of(function.argument.begin(), function.argument.end(),
+                         [&](const auto& multiple) { return !ring.angle(multiple.first).is_fixed; });
+    });
+  }
+
+  std::set<int> symbols_;
+};
+
+/// Names the divisors of the speeds that vanish at some poses.
+void add_speeds_note(FormulaSheet& sheet) {
+  const PoseDependence pose(sheet.equations, sheet.speeds->definitions);
+  std::vector<Polynomial> divisors;
+  for (const Polynomial& divisor : sheet.speeds->divisors)
+    if (pose.depends(divisor)) divisors.push_back(divisor);
+  if (const std::vector<std::string> list = list_divisors(sheet, divisors); !list.empty())
+    sheet.notes.push_back(fmt::format("where {} {}, the speeds do not determine the motion", fmt::join(list, ", "),
+                                      list.size() > 1 ? "vanish" : "vanishes"));
 }
 
 void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
@@ -312,9 +350,10 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   const SymbolicTree& tree = sheet.equations.tree;
   std::vector<Polynomial> pivots;
   for (const auto& [pivot, size] : sheet.pivots) pivots.push_back(pivot);
-  if (const std::string divisors = list_divisors(sheet, pivots); !divisors.empty())
-    sheet.notes.push_back("the steps divide by " + divisors +
-                          ", which must not vanish, although the mechanism may be regular where they do");
+  if (const std::vector<std::string> divisors = list_divisors(sheet, pivots); !divisors.empty())
+    sheet.notes.push_back(fmt::format(
+        "the steps divide by {}, which must not vanish, although the mechanism may be regular where they do",
+        fmt::join(divisors, ", ")));
   if (sheet.speeds) add_speeds_note(sheet);
   if (sheet.solution && !sheet.solution->unnamed.empty())
     sheet.notes.push_back(
@@ -458,13 +497,19 @@ void add_conditions(const Mechanism& mechanism, const SheetOptions& options, For
   if (has_numbers) sheet.notes.push_back("c1, …, coefficients without a formula, are numbers of this geometry");
 }
 
+/// Index of the first section of a kind.
+std::optional<std::size_t> find_section(const FormulaSheet& sheet, SheetSectionKind kind) {
+  const auto found = std::find_if(sheet.sections.begin(), sheet.sections.end(),
+                                  [kind](const SheetSection& section) { return section.section == kind; });
+  if (found == sheet.sections.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - sheet.sections.begin());
+}
+
 /// Says why sections that were named are missing.
 void add_missing_notes(const SheetOptions& options, FormulaSheet& sheet) {
   for (const SheetSectionKind kind : options.only) {
-    const bool is_present = std::any_of(sheet.sections.begin(), sheet.sections.end(),
-                                        [&](const SheetSection& section) { return section.section == kind; });
     using enum SheetSectionKind;
-    if (is_present || kind == solutions || kind == conditions) continue;
+    if (find_section(sheet, kind) || kind == solutions || kind == conditions) continue;
     const std::string name = sheet_section_names()[static_cast<std::size_t>(kind)];
     if (sheet.equations.closure.empty() && (kind == closures || kind == solved || kind == reduced))
       sheet.notes.push_back("no " + name + ": the mechanism has no loops" +
@@ -527,22 +572,15 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
     if (!e.closure.empty() && has_independent_equations)
       add_independent_equations(mechanism, options, sheet, *elimination);
     if (sheet.reduced)
-      add(SheetSectionKind::reduced, [&] {
-        return make_reduced_section(e, *sheet.reduced, is_section_requested(options, SheetSectionKind::solved));
-      });
+      add(SheetSectionKind::reduced,
+          [&] { return make_reduced_section(e, *sheet.reduced, find_section(sheet, SheetSectionKind::solved)); });
     for (const EliminationPivot& pivot : elimination->pivots()) sheet.pivots.emplace_back(pivot.value, pivot.size);
   }
-  const bool has_solved = std::any_of(sheet.sections.begin(), sheet.sections.end(), [](const SheetSection& section) {
-    return section.section == SheetSectionKind::solved;
-  });
-  if (has_solved && !e.tree.is_planar) add_disc_notes(sheet);
+  if (find_section(sheet, SheetSectionKind::solved) && !e.tree.is_planar) add_disc_notes(sheet);
   if (is_section_requested(options, SheetSectionKind::speeds) && (e.closure.empty() || sheet.reduced)) {
     sheet.chosen_speeds = conditions::ChosenSpeeds(mechanism, options.speeds);
     sheet.speeds = derive_speed_formulas(*sheet.ring, e, options.speeds, sheet.reduced ? &*sheet.reduced : nullptr);
-    const bool with_tree = is_section_requested(options, SheetSectionKind::inertia) &&
-                           is_section_requested(options, SheetSectionKind::velocity) &&
-                           is_section_requested(options, SheetSectionKind::gravity);
-    add(SheetSectionKind::speeds, [&] { return make_speeds_section(sheet, with_tree); });
+    add(SheetSectionKind::speeds, [&] { return make_speeds_section(sheet); });
   }
   add_notes(mechanism, sheet);
   add_missing_notes(options, sheet);

@@ -43,7 +43,8 @@ struct SheetSection {
   std::vector<SheetFormula> formulas;
   std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
-  bool is_too_long = false;  ///< its formulas were not derived
+  bool is_too_long = false;                     ///< its formulas were not derived
+  std::vector<std::size_t> used_sections = {};  ///< indices of earlier ones that define symbols of its formulas
 
   /// Counts the terms; a formula that vanishes becomes a label in `zero`.
   void add(SheetFormula formula);
@@ -109,7 +110,8 @@ struct PrintedSection {
   std::vector<PrintedFormula> formulas;
   std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
-  bool is_left_out = false;                   ///< it has too many terms
+  bool is_left_out = false;                   ///< it has too many terms, or uses names of a section that has
+  std::string used_left_out = {};             ///< the first section of the latter kind, `velocity`; else empty
   std::vector<std::string> nonzero = {};      ///< of solutions: what must not vanish
   std::vector<UnsolvedNumber> unsolved = {};  ///< of solutions
 };

@@ -129,15 +129,17 @@ ReducedEquations derive_reduced_equations(Ring& ring, const SymbolicEquations& e
   return ReducedDerivation(ring, equations, elimination).derive();
 }
 
-SheetSection make_reduced_section(const SymbolicEquations& e, const ReducedEquations& reduced, bool has_rates) {
+SheetSection make_reduced_section(const SymbolicEquations& e, const ReducedEquations& reduced,
+                                  std::optional<std::size_t> rates_section) {
   SheetSection section;
   section.section = SheetSectionKind::reduced;
   section.heading = "Torques of " + independent_names(e, reduced.independent) +
                     " that move the mechanism: that of the i-th has Mhat_ij times the acceleration of the j-th, "
                     "Dhat_ijk times the rates of the j-th and k-th, for both orders, and zhat_i";
+  if (rates_section && !reduced.rate_steps.empty()) section.used_sections.push_back(*rates_section);
   for (const SheetFormula& step : reduced.rate_steps) {
-    section.terms += has_rates ? step.value.size() : 0;
-    if (!has_rates) section.add(step);
+    section.terms += rates_section ? step.value.size() : 0;
+    if (!rates_section) section.add(step);
   }
   for (const auto* formulas : {&reduced.acceleration_steps, &reduced.definitions, &reduced.formulas})
     for (const SheetFormula& formula : *formulas) section.add(formula);

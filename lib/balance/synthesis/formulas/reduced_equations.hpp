@@ -5,6 +5,7 @@
 #include "balance/synthesis/formulas/sheet_formula.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,9 @@ struct ReducedEquations {
 ReducedEquations derive_reduced_equations(Ring& ring, const SymbolicEquations& equations,
                                           ClosureElimination& elimination);
 
-/// @param has_rates another section has the steps that define C
-SheetSection make_reduced_section(const SymbolicEquations& equations, const ReducedEquations& reduced, bool has_rates);
+/// @param rates_section index of the section that has the steps that define C, if there is one
+SheetSection make_reduced_section(const SymbolicEquations& equations, const ReducedEquations& reduced,
+                                  std::optional<std::size_t> rates_section);
 
 /// The size of that section for mechanisms that are too large to try.
 std::size_t estimate_reduced_terms(const SymbolicEquations& equations, std::size_t independent);

@@ -1,6 +1,7 @@
 #include "balance/synthesis/formulas/speeds_section.hpp"
 
-#include <algorithm>
+#include <map>
+#include <optional>
 #include <set>
 
 namespace balance::formulas {
@@ -23,25 +24,50 @@ std::string speeds_heading(const FormulaSheet& sheet) {
                                   "_ijk in their derivatives");
 }
 
+/// What the sections of a sheet define.
+class DefinedNames {
+ public:
+  explicit DefinedNames(const FormulaSheet& sheet) {
+    for (std::size_t s = 0; s < sheet.sections.size(); ++s) {
+      const SheetSection& section = sheet.sections[s];
+      using enum SheetSectionKind;
+      const bool is_of_tree = section.section == inertia || section.section == velocity || section.section == gravity;
+      for (const SheetFormula& formula : section.formulas) {
+        if (formula.symbol >= 0) by_symbol_.try_emplace(formula.symbol, s);
+        if (is_of_tree) by_label_.try_emplace(formula.label(), s);
+      }
+    }
+  }
+
+  /// Index of the section that defines the same: by its symbol or, since the tree's equations have none, by its label.
+  std::optional<std::size_t> section_of(const SheetFormula& definition) const {
+    if (const auto same = by_symbol_.find(definition.symbol); same != by_symbol_.end()) return same->second;
+    if (const auto same = by_label_.find(definition.label()); same != by_label_.end()) return same->second;
+    return std::nullopt;
+  }
+
+ private:
+  std::map<int, std::size_t> by_symbol_;
+  std::map<std::string, std::size_t> by_label_;
+};
+
 }  // namespace
 
-SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree) {
+SheetSection make_speeds_section(const FormulaSheet& sheet) {
   const SpeedFormulas& s = *sheet.speeds;
   const std::size_t n = s.independent.size(), all = std::max(n, s.names.size());
   SheetSection section{SheetSectionKind::speeds, speeds_heading(sheet), {}, {}, 0};
-  std::set<int> known;  // symbols
-  for (const SheetSection& other : sheet.sections)
-    for (const SheetFormula& formula : other.formulas) known.insert(formula.symbol);
-  SheetSection elsewhere;
+  const DefinedNames names(sheet);
   std::set<std::string> defined;
+  std::set<std::size_t> used;
   for (const SheetFormula& definition : s.definitions) {
     defined.insert(definition.label());
-    if (known.contains(definition.symbol))
-      elsewhere.add(definition);
-    else if (!with_tree || definition.name != "D")
+    if (const std::optional<std::size_t> other = names.section_of(definition))
+      used.insert(*other);
+    else
       section.add(definition);
   }
-  section.terms += elsewhere.terms;  // if the other section is too long to be printed, so is this one
+  section.used_sections.assign(used.begin(), used.end());
   const auto add = [&](const std::string& name, std::initializer_list<std::size_t> indices, const Polynomial& value,
                        std::size_t count) {
     const std::string text = index_text(indices, count);

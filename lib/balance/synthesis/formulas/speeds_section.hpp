@@ -7,7 +7,6 @@ namespace balance::formulas {
 
 /// What other sections define is not repeated.
 /// @param sheet has the other sections and speeds
-/// @param with_tree whether other sections have the terms of the tree
-SheetSection make_speeds_section(const FormulaSheet& sheet, bool with_tree);
+SheetSection make_speeds_section(const FormulaSheet& sheet);
 
 }  // namespace balance::formulas
