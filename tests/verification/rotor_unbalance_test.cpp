@@ -129,6 +129,19 @@ TEST_CASE("masses opposite to the unbalances in both planes leave none") {
   CHECK(after.qualities[0].grade == 0.4);
 }
 
+TEST_CASE("round-off across an unbalance does not turn its angle by a whole turn") {
+  Study study = random_rotor(2);
+  Mechanism& m = study.mechanism;
+  m.attachments.clear();
+  m.joints[0].axis = Vector3::UnitZ();
+  m.joints[0].rotation.setIdentity();
+  m.joints[0].point_first.setZero(), m.joints[0].point_second.setZero();
+  m.bodies[1].com = Vector3(0.1, -1e-18, 0);
+  const RotorUnbalance rotor = list_rotor_unbalances(study).front();
+  CHECK(rotor.static_unbalance.magnitude == doctest::Approx(0.1 * m.bodies[1].mass).epsilon(1e-15));
+  CHECK(rotor.static_unbalance.angle == 0);
+}
+
 TEST_CASE("planes are those of two places of counterweights, else of two places of points, else there are none") {
   Study study = random_rotor(2);
   CHECK(list_rotor_unbalances(study).front().planes[0].name == "a");

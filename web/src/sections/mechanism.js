@@ -13,7 +13,7 @@ function table(caption, head, rows) {
 
 const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => formatIn(x, "m")).join(", ");
 
-/** Static and couple unbalance, and the grades of ISO 21940-11 that the rotor reaches. */
+/** Static and couple unbalance, and the balance quality of ISO 21940-11. */
 function unbalanceText(rotor) {
   const couple = rotor.couple_unbalance === null ? [] : [`couple ${withUnit(rotor.couple_unbalance, "kg m^2")}`];
   const grades = rotor.qualities.map((one) => `G ${format(one.quality)} mm/s along ${one.trajectory}`);

@@ -42,8 +42,8 @@ void choose_angle_reference(RotorAxis& axis) {
   axis.second = axis.direction.cross(axis.first);
 }
 
-/// The axis of the body, if its only joint is a revolute one with the ground.
-std::optional<RotorAxis> find_rotor_axis(const Mechanism& mechanism, const Joint& joint) {
+/// The axis of the body that a joint connects with the ground, if it is a revolute one.
+std::optional<RotorAxis> find_rotor_axis(const Joint& joint) {
   if (joint.type != JointType::revolute || (joint.first == model::ground) == (joint.second == model::ground))
     return std::nullopt;
   RotorAxis axis;
@@ -51,10 +51,6 @@ std::optional<RotorAxis> find_rotor_axis(const Mechanism& mechanism, const Joint
   axis.body = is_second ? joint.second : joint.first;
   axis.point = is_second ? joint.point_second : joint.point_first;
   axis.direction = is_second ? Vector3(joint.rotation.transpose() * joint.axis) : joint.axis;
-  const auto joints = std::count_if(mechanism.joints.begin(), mechanism.joints.end(), [&](const Joint& one) {
-    return one.first == axis.body || one.second == axis.body;
-  });
-  if (joints != 1) return std::nullopt;
   choose_angle_reference(axis);
   return axis;
 }
@@ -95,9 +91,13 @@ MassMoments sum_masses(const Mechanism& mechanism, const RotorAxis& axis) {
 }
 
 UnbalanceVector make_unbalance(const RotorAxis& axis, const Vector3& vector, double size) {
-  const double x = axis.first.dot(vector), y = axis.second.dot(vector);
+  const auto component = [&](const Vector3& direction) {
+    const double value = direction.dot(vector);
+    return std::abs(value) <= unbalance_round_off * size ? 0 : value;
+  };
+  const double x = component(axis.first), y = component(axis.second);
   UnbalanceVector unbalance{std::sqrt(x * x + y * y), 0};
-  if (!(unbalance.magnitude > unbalance_round_off * size)) return {};
+  if (unbalance.magnitude == 0) return {};
   unbalance.angle = elementary::atan2(y, x);
   if (unbalance.angle < 0) unbalance.angle += 2 * std::numbers::pi;
   return unbalance;
@@ -159,16 +159,18 @@ RotorQuality rate_quality(const RotorUnbalance& rotor, const std::string& trajec
     const double of_plane = plane.unbalance.magnitude / (rotor.mass * plane.share) * speed * millimetres;
     quality.quality = &plane == &rotor.planes.front() ? of_plane : std::max(quality.quality, of_plane);
   }
+  if (!std::isfinite(quality.quality)) return quality;
   const auto grade = std::lower_bound(balance_quality_grades.begin(), balance_quality_grades.end(), quality.quality);
   quality.grade = grade == balance_quality_grades.end() ? 0 : *grade;
   return quality;
 }
 
-RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorAxis& axis, double tolerance) {
+RotorUnbalance measure_rotor(const Study& study, const Joint& joint, CoordinateId coordinate, const RotorAxis& axis,
+                             double tolerance) {
   const Mechanism& mechanism = study.mechanism;
   const MassMoments sum = sum_masses(mechanism, axis);
   RotorUnbalance rotor{.body = mechanism.bodies[static_cast<std::size_t>(axis.body)].name,
-                       .joint = mechanism.joints[joint].name,
+                       .joint = joint.name,
                        .mass = sum.mass,
                        .angle_reference = axis.reference,
                        .static_unbalance = make_unbalance(axis, sum.first, sum.first_size),
@@ -182,24 +184,26 @@ RotorUnbalance measure_rotor(const Study& study, std::size_t joint, const RotorA
     rotor.planes = list_planes(mechanism, axis, tolerance);
     resolve_in_planes(axis, sum, rotor.planes);
   }
-  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    if (static_cast<std::size_t>(mechanism.coordinates[c].joint) != joint) continue;
-    for (const Trajectory& trajectory : study.trajectories)
-      if (const double speed = find_constant_speed(trajectory, static_cast<int>(c)); speed > 0)
-        rotor.qualities.push_back(rate_quality(rotor, trajectory.name, speed));
-  }
+  for (const Trajectory& trajectory : study.trajectories)
+    if (const double speed = find_constant_speed(trajectory, coordinate); speed > 0)
+      rotor.qualities.push_back(rate_quality(rotor, trajectory.name, speed));
   return rotor;
 }
 
 }  // namespace
 
 std::vector<RotorUnbalance> list_rotor_unbalances(const Study& study) {
+  const Mechanism& mechanism = study.mechanism;
+  const std::vector<std::vector<JointId>> joints_of_body = joints_of_bodies(mechanism);
+  const std::vector<std::vector<CoordinateId>> coordinates = coordinates_of_joints(mechanism);
+  const double tolerance = plane_tolerance * characteristic_length(mechanism);  // quadratic in the points
   std::vector<RotorUnbalance> rotors;
-  const double tolerance = plane_tolerance * characteristic_length(study.mechanism);  // quadratic in the points
-  for (std::size_t j = 0; j < study.mechanism.joints.size(); ++j)
-    if (const std::optional<RotorAxis> axis = find_rotor_axis(study.mechanism, study.mechanism.joints[j]))
-      if (RotorUnbalance rotor = measure_rotor(study, j, *axis, tolerance); rotor.mass > 0)
-        rotors.push_back(std::move(rotor));
+  for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const std::optional<RotorAxis> axis = find_rotor_axis(mechanism.joints[j]);
+    if (!axis || joints_of_body[static_cast<std::size_t>(axis->body)].size() != 1) continue;
+    RotorUnbalance rotor = measure_rotor(study, mechanism.joints[j], coordinates[j].front(), *axis, tolerance);
+    if (rotor.mass > 0) rotors.push_back(std::move(rotor));
+  }
   return rotors;
 }
 
