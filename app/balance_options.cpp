@@ -70,11 +70,10 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
-    const std::optional<Goal> goal = study::find_goal(name);
-    const std::optional<study::GoalMistake> mistake =
-        goal ? study::find_goal_mistake(*goal, study.mechanism) : study::explain_goal_mistake(name);
-    if (mistake) throw UsageError(fmt::format("--goal {}: {}", quote_for_message(name), mistake->sentence()));
-    if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
+    if (const auto mistake = study::find_goal_mistake(name, study.mechanism))
+      throw UsageError(fmt::format("--goal {}: {}", quote_for_message(name), mistake->sentence()));
+    const Goal goal = study::find_goal(name).value();
+    if (std::find(goals.begin(), goals.end(), goal) == goals.end()) goals.push_back(goal);
   }
   if (goals.empty()) goals = study.design.goals;
   if (goals.empty() && requirement == GoalRequirement::goal) {

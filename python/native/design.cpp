@@ -227,12 +227,11 @@ void require_one_of(const std::vector<std::string>& names, const std::string& na
 reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
   reports::BalanceRequest request;
   for (const std::string& name : arguments.goals) {
-    const std::optional<Goal> goal = study::find_goal(name);
-    const std::optional<study::GoalMistake> mistake =
-        goal ? study::find_goal_mistake(*goal, study.mechanism) : study::explain_goal_mistake(name);
-    if (mistake) throw std::invalid_argument(fmt::format("goal {}: {}", quote_for_message(name), mistake->sentence()));
-    if (std::find(request.goals.begin(), request.goals.end(), *goal) == request.goals.end())
-      request.goals.push_back(*goal);
+    if (const auto mistake = study::find_goal_mistake(name, study.mechanism))
+      throw std::invalid_argument(fmt::format("goal {}: {}", quote_for_message(name), mistake->sentence()));
+    const Goal goal = study::find_goal(name).value();
+    if (std::find(request.goals.begin(), request.goals.end(), goal) == request.goals.end())
+      request.goals.push_back(goal);
   }
   require_one_of(strategies, arguments.strategy, "strategy");
   for (const std::string& name : arguments.without)

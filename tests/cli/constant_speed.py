@@ -104,6 +104,10 @@ class ConstantSpeed(Case):
         loads = "design:\n  for: {payloads.wheel1.mass: [0.02, 0.03]}\n  adapt: [P1, P2, P3, Q1, Q2, Q3]\n"
         design = self.answer("design", self.write("loads.yaml", config(ROTOR, ("design:\n", loads))))
         self.assertTrue(all(case["met"] for case in design["load_cases"]), design["status"])
+        named = self.answer("design", self.write("named.yaml", config(
+            ROTOR, ("design:\n", loads), ("goal: constant-speed-dynamic", "goal: constant-speed-dynamic of S"))))
+        self.assertEqual(named["status"], "balanced")
+        self.assertAlmostEqual(named["added_mass"], design["added_mass"], delta=1e-9)
 
     def test_mistakes_are_told_with_their_place(self):
         name = self.write("rotor.yaml", config(ROTOR))
@@ -125,7 +129,7 @@ class ConstantSpeed(Case):
         self.write("rotor.yaml", config(ROTOR))
         suite = self.write("suite.yaml", "cases:\n  c: {spec: rotor.yaml, run: conditions, goal: 'constant-speed-moment[z]'}\n"
                                          "  d: {spec: rotor.yaml, run: conditions, goal: 'moment about ground.Z'}\n")
-        done = run("batch", suite, "--json")
+        done = run("batch", suite, "--json", "-o", self.path("results"))
         self.assertIn("expected a point of the ground", done.stdout + done.stderr)
 
 

@@ -163,7 +163,7 @@ class FormulaDerivation {
     if (!formulas::is_open_chain(study().mechanism))
       for (const GoalKind kind : {statics, force, gyroscopic, decoupled}) goals.push_back({.kind = kind});
     for (const Goal& goal : study().design.goals)
-      if (goal.is_at_constant_speed || goal.component >= 0 || !goal.about.empty()) goals.push_back(goal);
+      if (!is_whole(goal)) goals.push_back(goal);
     return goals;
   }
 

@@ -128,12 +128,6 @@ std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
   return names;
 }
 
-std::optional<CoordinateId> find_coordinate(const Mechanism& mechanism, const std::string& name) {
-  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
-    if (mechanism.coordinates[c].name == name) return CoordinateId(static_cast<int>(c));
-  return std::nullopt;
-}
-
 bool is_ground_point(const Mechanism& mechanism, const std::string& name) {
   const std::optional<model::Landmark> landmark = model::find_landmark(mechanism, name);
   return landmark && locate_landmark(mechanism, *landmark).body == model::ground;
@@ -145,14 +139,14 @@ std::string GoalMistake::sentence() const {
   return "expected " + expected + ", found " + found + (hint.empty() ? "" : "; " + hint);
 }
 
+bool is_whole(const Goal& goal) { return !goal.is_at_constant_speed && goal.component < 0 && goal.about.empty(); }
+
 bool requires_zero_momentum(const Goal& goal) {
-  return (goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic) && !goal.is_at_constant_speed &&
-         goal.component < 0;
+  return (goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic) && is_whole(goal);
 }
 
 bool requires_zero_angular_momentum(const Goal& goal) {
-  return (goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic) && !goal.is_at_constant_speed &&
-         goal.component < 0 && goal.about.empty();
+  return (goal.kind == GoalKind::moment || goal.kind == GoalKind::dynamic) && is_whole(goal);
 }
 
 std::string goal_name(const Goal& goal) {
@@ -183,9 +177,10 @@ std::optional<GoalMistake> find_goal_mistake(const Goal& goal, const Mechanism& 
                        ""};
   if (is_planar && goal.component == 2)
     return GoalMistake{"a component x or y in the plane", quote_for_message(goal_name(goal)), ""};
-  const std::vector<std::string> coordinates = coordinate_names(mechanism);
+  const std::vector<std::string> coordinates =
+      goal.coordinates.empty() ? std::vector<std::string>() : coordinate_names(mechanism);
   for (const std::string& name : goal.coordinates)
-    if (!find_coordinate(mechanism, name))
+    if (std::find(coordinates.begin(), coordinates.end(), name) == coordinates.end())
       return GoalMistake{"a coordinate (" + join_alternatives(coordinates) + ")", quote_for_message(name),
                          format_nearest_name(name, coordinates)};
   if (goal.about.empty() || is_ground_point(mechanism, goal.about)) return std::nullopt;
@@ -199,10 +194,16 @@ std::vector<CoordinateId> list_constant_speed_coordinates(const Goal& goal, cons
   if (!goal.is_at_constant_speed) return {};
   if (goal.coordinates.empty()) return mechanism.actuators;
   std::vector<CoordinateId> coordinates;
-  for (const std::string& name : goal.coordinates)
-    if (const std::optional<CoordinateId> coordinate = find_coordinate(mechanism, name))
-      coordinates.push_back(*coordinate);
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    if (std::find(goal.coordinates.begin(), goal.coordinates.end(), mechanism.coordinates[c].name) !=
+        goal.coordinates.end())
+      coordinates.emplace_back(static_cast<int>(c));
   return coordinates;
+}
+
+std::optional<GoalMistake> find_goal_mistake(const std::string& text, const Mechanism& mechanism) {
+  const std::optional<Goal> goal = find_goal(text);
+  return goal ? find_goal_mistake(*goal, mechanism) : explain_goal_mistake(text);
 }
 
 std::string join_goal_names(const std::vector<Goal>& goals) {

@@ -38,7 +38,9 @@ struct Goal {
   bool operator==(const Goal&) const = default;
 };
 
-/// Whether a goal requires that the whole linear momentum vanishes. False for forms of the goal that require less.
+/// Whether a goal is none of the forms that require less: at constant speed, of a component, about a stated point.
+bool is_whole(const Goal& goal);
+/// Whether a goal requires that the whole linear momentum vanishes.
 bool requires_zero_momentum(const Goal& goal);
 /// The same of the whole angular momentum about the reference point of the runs' moments.
 bool requires_zero_angular_momentum(const Goal& goal);
@@ -65,7 +67,11 @@ GoalMistake explain_goal_mistake(const std::string& text);
 /// What a mechanism lacks for a goal: the component, a coordinate, the reference point.
 std::optional<GoalMistake> find_goal_mistake(const Goal& goal, const Mechanism& mechanism);
 
-/// The coordinates whose speed a goal takes as constant: the named ones, or the actuated ones. Empty without actuators:
+/// Why a text means no goal of a mechanism.
+std::optional<GoalMistake> find_goal_mistake(const std::string& text, const Mechanism& mechanism);
+
+/// The coordinates whose speed a goal takes as constant: the named ones (in a disjoint union, of every mechanism), or the
+/// actuated ones. Empty without actuators:
 /// then all independent coordinates of an open chain are meant.
 std::vector<CoordinateId> list_constant_speed_coordinates(const Goal& goal, const Mechanism& mechanism);
 
