@@ -76,6 +76,10 @@ design: {goal: static, for: {load: [0, 0.5, 1]}, adapt: [cw11.at, cw12.at, cw21.
                                       ("cw21", -(1.3 / 2 + 0.8 + 2) * a21 / 4, -a21 / 8)):
             self.assertAlmostEqual(laws[name][()], constant, delta=1e-12, msg=name)
             self.assertAlmostEqual(laws[name][(("load", 1),)], slope, delta=1e-12, msg=name)
+        with open(spec, encoding="utf-8") as file:
+            longer = file.read().replace("for: {load: [0, 0.5, 1]}", "for: {load: [0, 1], a12: [0.4, 0.45]}")
+        longer = self.design(self.write("longer.yaml", longer), "--strategy", "modular")  # the tool is elsewhere in each case
+        self.assertEqual([case["met"] for case in longer["load_cases"]], [True] * 4)
         complete = self.design(spec)
         self.assertTrue(all(case["met"] for case in complete["load_cases"]))
         self.assertLess(len(complete["conditions"]), len(told["conditions"]))

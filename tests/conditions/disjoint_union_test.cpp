@@ -1,6 +1,7 @@
 // Several mechanisms as one.
 
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/verification/mechanism_check.hpp"
@@ -38,6 +39,14 @@ TEST_CASE("two mechanisms side by side have the freedoms and the force condition
     const Mechanism one = read_spec_file(entry.path().string()).mechanism,
                     two = model::disjoint_union({one, renamed(one)});
     REQUIRE(validate(two).empty());
+    for (const std::size_t k : {0, 1}) {
+      const Mechanism part = model::extract_part(two, one, k);
+      CHECK(dynamics::parameter_values(part) == dynamics::parameter_values(one));
+      CHECK(part.actuators == one.actuators);
+      for (std::size_t j = 0; j < one.joints.size(); ++j)
+        CHECK((part.joints[j].first == one.joints[j].first && part.joints[j].second == one.joints[j].second));
+      if (one.tool) CHECK(part.tool->position == one.tool->position);
+    }
     Study single_study, double_study;
     single_study.mechanism = one, double_study.mechanism = two;
     CHECK(check_mechanism(double_study).degrees_of_freedom == 2 * check_mechanism(single_study).degrees_of_freedom);

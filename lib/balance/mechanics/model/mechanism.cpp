@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <tuple>
 
 namespace balance::model {
 
@@ -187,75 +188,77 @@ double total_mass(const Mechanism& mechanism) {
 
 namespace {
 
-class MechanismUnion {
- public:
-  explicit MechanismUnion(Mechanism first) : union_(std::move(first)) {}
+/// The lists that a union concatenates, but for the bodies, which share the ground.
+constexpr std::tuple element_lists{
+    &Mechanism::joints, &Mechanism::couplings, &Mechanism::constraints, &Mechanism::attachments, &Mechanism::discs,
+    &Mechanism::loads,  &Mechanism::springs,   &Mechanism::friction,    &Mechanism::actuators,   &Mechanism::assembly};
 
-  void add(const Mechanism& next) {
-    if (next.space != union_.space || next.gravity != union_.gravity)
-      throw std::invalid_argument("mechanisms side by side must share space and gravity");
-    body_offset_ = static_cast<int>(union_.bodies.size()) - 1;
-    coordinate_offset_ = static_cast<int>(union_.coordinates.size());
-    union_.bodies.insert(union_.bodies.end(), next.bodies.begin() + 1, next.bodies.end());
-    append(union_.joints, next.joints, [this](Joint& joint) { shift_bodies(joint.first, joint.second); });
-    append(union_.couplings, next.couplings, [this](Coupling& coupling) {
-      coupling.follower += coordinate_offset_;
-      shift(coupling.leader);
-    });
-    append(union_.constraints, next.constraints, [this](GeneralisedSpeed& speed) {
-      for (GeneralisedSpeedTerm& term : speed.terms) {
-        term.body = body(term.body);
-        if (term.kind == GeneralisedSpeedTerm::Kind::coordinate) term.index += coordinate_offset_;
-      }
-    });
-    append(union_.attachments, next.attachments,
-           [this](Attachment& attachment) { attachment.body = body(attachment.body); });
-    append(union_.discs, next.discs, [this](Disc& disc) {
-      disc.body = body(disc.body);
-      shift(disc.follows);
-    });
-    append(union_.loads, next.loads, [this](Load& load) { load.body = body(load.body); });
-    append(union_.springs, next.springs, [this](Spring& spring) {
-      shift_bodies(spring.first, spring.second);
-      if (spring.is_joint_spring()) spring.coordinate += coordinate_offset_;
-    });
-    append(union_.friction, next.friction, [this](Friction& friction) { friction.coordinate += coordinate_offset_; });
-    append(union_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinate_offset_; });
-    append(union_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinate_offset_; });
-    union_.coordinates = list_coordinates(union_.space, union_.joints);
-    union_.torque_distribution.reset();
-  }
-
-  Mechanism finish() { return std::move(union_); }
-
- private:
-  template <class T, class Shift>
-  static void append(std::vector<T>& target, const std::vector<T>& items, const Shift& shift) {
-    for (T item : items) {
-      shift(item);
-      target.push_back(std::move(item));
+/// Adds to all indices of bodies, but the ground's, and of coordinates.
+void shift_indices(Mechanism& mechanism, int bodies, int coordinates) {
+  const auto shift_body = [&](BodyId& body) {
+    if (body != ground) body += bodies;
+  };
+  const auto shift_leader = [&](CoordinateCombination& combination) {
+    for (CoordinateTerm& term : combination.terms) term.coordinate += coordinates;
+  };
+  for (Joint& joint : mechanism.joints) shift_body(joint.first), shift_body(joint.second);
+  for (Coupling& coupling : mechanism.couplings) coupling.follower += coordinates, shift_leader(coupling.leader);
+  for (GeneralisedSpeed& speed : mechanism.constraints)
+    for (GeneralisedSpeedTerm& term : speed.terms) {
+      shift_body(term.body);
+      if (term.kind == GeneralisedSpeedTerm::Kind::coordinate) term.index += coordinates;
     }
+  for (Attachment& attachment : mechanism.attachments) shift_body(attachment.body);
+  for (Disc& disc : mechanism.discs) shift_body(disc.body), shift_leader(disc.follows);
+  for (Load& load : mechanism.loads) shift_body(load.body);
+  for (Spring& spring : mechanism.springs) {
+    shift_body(spring.first), shift_body(spring.second);
+    if (spring.is_joint_spring()) spring.coordinate += coordinates;
   }
-  BodyId body(BodyId id) const { return id == ground ? id : BodyId(id + body_offset_); }
-  void shift(CoordinateCombination& combination) const {
-    for (CoordinateTerm& term : combination.terms) term.coordinate += coordinate_offset_;
-  }
-  void shift_bodies(BodyId& first, BodyId& second) const {
-    first = body(first);
-    second = body(second);
-  }
+  for (Friction& friction : mechanism.friction) friction.coordinate += coordinates;
+  for (CoordinateId& actuator : mechanism.actuators) actuator += coordinates;
+  for (CoordinateValue& value : mechanism.assembly) value.coordinate += coordinates;
+}
 
-  Mechanism union_;
-  int body_offset_ = 0, coordinate_offset_ = 0;  ///< index offsets of the mechanism being added
-};
+template <class T>
+void append(std::vector<T>& target, const std::vector<T>& items) {
+  target.insert(target.end(), items.begin(), items.end());
+}
 
 }  // namespace
 
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms) {
   if (mechanisms.empty()) throw std::invalid_argument("no mechanisms to put side by side");
-  MechanismUnion combined(mechanisms.front());
-  for (std::size_t i = 1; i < mechanisms.size(); ++i) combined.add(mechanisms[i]);
-  return combined.finish();
+  Mechanism united = mechanisms.front();
+  for (std::size_t i = 1; i < mechanisms.size(); ++i) {
+    Mechanism next = mechanisms[i];
+    if (next.space != united.space || next.gravity != united.gravity)
+      throw std::invalid_argument("mechanisms side by side must share space and gravity");
+    shift_indices(next, static_cast<int>(united.bodies.size()) - 1, static_cast<int>(united.coordinates.size()));
+    united.bodies.insert(united.bodies.end(), next.bodies.begin() + 1, next.bodies.end());
+    std::apply([&](const auto... list) { (append(united.*list, next.*list), ...); }, element_lists);
+    united.coordinates = list_coordinates(united.space, united.joints);
+  }
+  if (mechanisms.size() > 1) united.torque_distribution.reset();
+  return united;
+}
+
+Mechanism extract_part(const Mechanism& united, const Mechanism& like, std::size_t part) {
+  const std::size_t bodies = like.bodies.size() - 1, parts = (united.bodies.size() - 1) / bodies;
+  const auto slice = [&](auto list) {
+    const auto size = static_cast<std::ptrdiff_t>((united.*list).size() / parts);
+    const auto begin = (united.*list).begin() + static_cast<std::ptrdiff_t>(part) * size;
+    return std::vector(begin, begin + size);
+  };
+  Mechanism extracted = like;
+  const auto first_body = united.bodies.begin() + 1 + static_cast<std::ptrdiff_t>(part * bodies);
+  std::copy(first_body, first_body + static_cast<std::ptrdiff_t>(bodies), extracted.bodies.begin() + 1);
+  std::apply([&](const auto... list) { ((extracted.*list = slice(list)), ...); }, element_lists);
+  shift_indices(extracted, -static_cast<int>(part * bodies), -static_cast<int>(part * like.coordinates.size()));
+  if (extracted.tool)
+    for (const NamedPoint& point : extracted.bodies[static_cast<std::size_t>(extracted.tool->body)].points)
+      if (point.name == extracted.tool->point) extracted.tool->position = point.position;
+  return extracted;
 }
 
 }  // namespace balance::model

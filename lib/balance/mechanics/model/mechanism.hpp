@@ -495,6 +495,12 @@ inline const char* name_of(JointType type) {
 /// @throws std::invalid_argument if `mechanisms` is empty, or if space or gravity differ
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms);
 
+/// One of the mechanisms of a union whose lists all have the same lengths.
+/// @param like any of them: for names of coordinates and for what the union does not keep; the tool's place is that of its
+///        point in the part
+/// @param part 0 for the first
+Mechanism extract_part(const Mechanism& united, const Mechanism& like, std::size_t part);
+
 }  // namespace balance::model
 
 namespace balance {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 namespace balance::design {
@@ -16,78 +15,6 @@ namespace balance::design {
 namespace {
 
 using dynamics::ParameterOwner;
-
-/// Takes one mechanism after the other out of a disjoint union of mechanisms whose lists have the same lengths.
-class CaseExtraction {
- public:
-  CaseExtraction(const Mechanism& united, const Mechanism& one) : united_(united), one_(one) {}
-
-  std::size_t count() const { return (united_.bodies.size() - 1) / (one_.bodies.size() - 1); }
-
-  Mechanism extract(std::size_t k) const {
-    const int body_offset = static_cast<int>(k * (one_.bodies.size() - 1)),
-              coordinate_offset = static_cast<int>(k * one_.coordinates.size());
-    const auto shift_body = [&](BodyId& body) {
-      if (body != model::ground) body = BodyId(body - body_offset);
-    };
-    const auto shift_leaders = [&](model::CoordinateCombination& combination) {
-      for (model::CoordinateTerm& term : combination.terms) term.coordinate += -coordinate_offset;
-    };
-    const auto slice = [&](auto Mechanism::*list, const auto& shift) {
-      const auto size = static_cast<std::ptrdiff_t>((united_.*list).size() / count());
-      const auto begin = (united_.*list).begin() + static_cast<std::ptrdiff_t>(k) * size;
-      auto items = std::decay_t<decltype(united_.*list)>(begin, begin + size);
-      for (auto& item : items) shift(item);
-      return items;
-    };
-    Mechanism part = one_;
-    for (std::size_t b = 1; b < one_.bodies.size(); ++b)
-      part.bodies[b] = united_.bodies[b + k * (one_.bodies.size() - 1)];
-    part.joints = slice(&Mechanism::joints, [&](Joint& joint) { shift_body(joint.first), shift_body(joint.second); });
-    part.couplings = slice(&Mechanism::couplings, [&](Coupling& coupling) {
-      coupling.follower += -coordinate_offset;
-      shift_leaders(coupling.leader);
-    });
-    part.constraints = slice(&Mechanism::constraints, [&](model::GeneralisedSpeed& speed) {
-      for (model::GeneralisedSpeedTerm& term : speed.terms) {
-        shift_body(term.body);
-        if (term.kind == model::GeneralisedSpeedTerm::Kind::coordinate) term.index -= coordinate_offset;
-      }
-    });
-    part.attachments = slice(&Mechanism::attachments, [&](Attachment& attachment) { shift_body(attachment.body); });
-    part.discs = slice(&Mechanism::discs, [&](Disc& disc) {
-      shift_body(disc.body);
-      shift_leaders(disc.follows);
-    });
-    part.loads = slice(&Mechanism::loads, [&](Load& load) { shift_body(load.body); });
-    part.springs = slice(&Mechanism::springs, [&](Spring& spring) {
-      shift_body(spring.first), shift_body(spring.second);
-      if (spring.is_joint_spring()) spring.coordinate += -coordinate_offset;
-    });
-    part.friction = slice(&Mechanism::friction, [&](Friction& friction) { friction.coordinate += -coordinate_offset; });
-    part.assembly =
-        slice(&Mechanism::assembly, [&](CoordinateValue& value) { value.coordinate += -coordinate_offset; });
-    part.tool = united_.tool;  // of the first case, and what a mechanism carries does not move its tool
-    return part;
-  }
-
- private:
-  const Mechanism& united_;
-  const Mechanism& one_;
-};
-
-/// Per case, the columns of its terms among those of all cases: first by kind of owner, then by case.
-std::vector<std::vector<int>> list_case_columns(const std::vector<std::vector<dynamics::Parameter>>& terms) {
-  std::vector<std::vector<int>> columns(terms.size());
-  for (std::size_t k = 0; k < terms.size(); ++k) columns[k].resize(terms[k].size());
-  int next = 0;
-  for (const ParameterOwner owner : {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc,
-                                     ParameterOwner::spring, ParameterOwner::load, ParameterOwner::friction})
-    for (std::size_t k = 0; k < terms.size(); ++k)
-      for (std::size_t p = 0; p < terms[k].size(); ++p)
-        if (terms[k][p].owner_kind == owner) columns[k][p] = next++;
-  return columns;
-}
 
 /// Rows [first, last) of a case's conditions.
 struct RowRange {
@@ -97,9 +24,9 @@ struct RowRange {
 
 class CaseConditions {
  public:
-  CaseConditions(const Mechanism& united, const Mechanism& one, const std::vector<Goal>& goals,
+  CaseConditions(const Mechanism& united, const Mechanism& one, std::size_t cases, const std::vector<Goal>& goals,
                  const ConditionOptions& options)
-      : extraction_(united, one), options_(options) {
+      : united_(united), one_(one), case_count_(cases), options_(options) {
     out_.goals = goals;
     out_.parameters = conditions::list_terms(united, options.loose_springs);
     out_.known_term_values = conditions::known_term_values(united);
@@ -108,12 +35,8 @@ class CaseConditions {
 
   Conditions run() {
     out_.status = ConditionsStatus::done;
-    std::vector<std::vector<dynamics::Parameter>> terms;
-    for (std::size_t k = 0; k < extraction_.count(); ++k) {
-      const Mechanism part = extraction_.extract(k);
-      const dynamics::FreeSprings loose = slice_of(options_.loose_springs, part.springs.size(), k);
-      terms.push_back(conditions::list_terms(part, loose));
-      cases_.push_back(derive(part, loose, k));
+    for (std::size_t k = 0; k < case_count_; ++k) {
+      cases_.push_back(derive(extract_part(united_, one_, k), k));
       if (cases_.back().status != ConditionsStatus::done) {
         out_.status = cases_.back().status;
         out_.reason = fmt::format("in case {}, {}", k + 1, cases_.back().reason);
@@ -121,7 +44,7 @@ class CaseConditions {
       }
       add_figures(cases_.back());
     }
-    stack(list_case_columns(terms));
+    stack();
     return std::move(out_);
   }
 
@@ -132,15 +55,15 @@ class CaseConditions {
     return {begin, begin + static_cast<std::ptrdiff_t>(size)};
   }
 
-  Conditions derive(const Mechanism& part, const dynamics::FreeSprings& loose, std::size_t k) const {
+  Conditions derive(const Mechanism& part, std::size_t k) const {
     ConditionOptions options = options_;
-    options.loose_springs = loose;
+    options.loose_springs = slice_of(options_.loose_springs, part.springs.size(), k);
     // Terms of all loads come before those of all friction.
     const std::vector<dynamics::Parameter> known = conditions::list_known_terms(part);
     const auto loads = static_cast<std::size_t>(std::count_if(
         known.begin(), known.end(), [](const auto& term) { return term.owner_kind == ParameterOwner::load; }));
     if (!options_.variable_terms.empty()) {
-      const auto split = options_.variable_terms.begin() + static_cast<std::ptrdiff_t>(loads * extraction_.count());
+      const auto split = options_.variable_terms.begin() + static_cast<std::ptrdiff_t>(loads * case_count_);
       options.variable_terms = slice_of({options_.variable_terms.begin(), split}, loads, k);
       const std::vector<bool> friction = slice_of({split, options_.variable_terms.end()}, known.size() - loads, k);
       options.variable_terms.insert(options.variable_terms.end(), friction.begin(), friction.end());
@@ -148,15 +71,16 @@ class CaseConditions {
     return conditions::derive_modular_conditions(part, out_.goals, options);
   }
 
+  /// The singular values of all cases are those of the least clear rank.
   void add_figures(const Conditions& one) {
-    const bool is_first = cases_.size() == 1;
-    const auto keep = [&](double Conditions::*figure, bool is_smaller_better) {
-      double& value = out_.*figure;
-      value = is_first ? one.*figure : is_smaller_better ? std::max(value, one.*figure) : std::min(value, one.*figure);
-    };
-    keep(&Conditions::min_kept_singular_value, false);
-    keep(&Conditions::max_dropped_singular_value, true);
-    keep(&Conditions::singular_value_gap, false);
+    if (cases_.size() == 1) {
+      out_.min_kept_singular_value = one.min_kept_singular_value;
+      out_.max_dropped_singular_value = one.max_dropped_singular_value;
+      out_.singular_value_gap = one.singular_value_gap;
+    }
+    out_.min_kept_singular_value = std::min(out_.min_kept_singular_value, one.min_kept_singular_value);
+    out_.max_dropped_singular_value = std::max(out_.max_dropped_singular_value, one.max_dropped_singular_value);
+    out_.singular_value_gap = std::min(out_.singular_value_gap, one.singular_value_gap);
     out_.rank += one.rank;
     out_.samples += one.samples;
     for (const std::string& note : one.notes)
@@ -164,7 +88,10 @@ class CaseConditions {
   }
 
   /// Rows that contain known terms alone come last.
-  void stack(const std::vector<std::vector<int>>& columns) {
+  void stack() {
+    std::vector<std::vector<dynamics::Parameter>> terms;
+    for (const Conditions& one : cases_) terms.push_back(one.parameters);
+    const std::vector<std::vector<int>> columns = list_case_columns(terms);
     std::vector<RowRange> ranges;
     Eigen::Index rows = 0;
     for (std::size_t k = 0; k < cases_.size(); ++k) ranges.push_back({k, 0, cases_[k].parameter_rows()});
@@ -185,7 +112,9 @@ class CaseConditions {
     }
   }
 
-  CaseExtraction extraction_;
+  const Mechanism& united_;
+  const Mechanism& one_;
+  std::size_t case_count_;
   const ConditionOptions& options_;
   std::vector<Conditions> cases_;
   Conditions out_;
@@ -193,9 +122,21 @@ class CaseConditions {
 
 }  // namespace
 
-Conditions derive_modular_case_conditions(const Mechanism& united, const Mechanism& one, const std::vector<Goal>& goals,
-                                          const ConditionOptions& options) {
-  return CaseConditions(united, one, goals, options).run();
+std::vector<std::vector<int>> list_case_columns(const std::vector<std::vector<dynamics::Parameter>>& terms) {
+  std::vector<std::vector<int>> columns(terms.size());
+  for (std::size_t k = 0; k < terms.size(); ++k) columns[k].resize(terms[k].size());
+  int next = 0;
+  for (const ParameterOwner owner : {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc,
+                                     ParameterOwner::spring, ParameterOwner::load, ParameterOwner::friction})
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      for (std::size_t p = 0; p < terms[k].size(); ++p)
+        if (terms[k][p].owner_kind == owner) columns[k][p] = next++;
+  return columns;
+}
+
+Conditions derive_modular_case_conditions(const Mechanism& united, const Mechanism& one, std::size_t cases,
+                                          const std::vector<Goal>& goals, const ConditionOptions& options) {
+  return CaseConditions(united, one, cases, goals, options).run();
 }
 
 }  // namespace balance::design

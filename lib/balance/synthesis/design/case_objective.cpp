@@ -1,5 +1,7 @@
 #include "balance/synthesis/design/case_objective.hpp"
 
+#include "balance/synthesis/design/case_conditions.hpp"
+
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
@@ -17,7 +19,6 @@ using study::CaseAggregation;
 namespace {
 
 std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const dynamics::FreeSprings& loose) {
-  // All lists are ordered by case, but parameters first by kind of owner, then by case.
   std::vector<CaseOffsets> offsets;
   std::vector<std::vector<dynamics::Parameter>> lists;
   std::size_t spring = 0;
@@ -27,15 +28,10 @@ std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const dynamics::Fr
     for (std::size_t s = 0; s < springs && !loose.empty(); ++s) offset.loose.push_back(loose[spring + s]);
     spring += springs;
     lists.push_back(dynamics::list_parameters(one.start.mechanism, offset.loose));
-    offset.parameters.resize(lists.back().size());
     offsets.push_back(std::move(offset));
   }
-  int next = 0;
-  for (const dynamics::ParameterOwner owner : {dynamics::ParameterOwner::body, dynamics::ParameterOwner::attachment,
-                                               dynamics::ParameterOwner::disc, dynamics::ParameterOwner::spring})
-    for (std::size_t k = 0; k < lists.size(); ++k)
-      for (std::size_t p = 0; p < lists[k].size(); ++p)
-        if (lists[k][p].owner_kind == owner) offsets[k].parameters[p] = next++;
+  std::vector<std::vector<int>> columns = list_case_columns(lists);
+  for (std::size_t k = 0; k < offsets.size(); ++k) offsets[k].parameters = std::move(columns[k]);
   return offsets;
 }
 

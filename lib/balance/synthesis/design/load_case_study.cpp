@@ -518,7 +518,8 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   }
   Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                                const ConditionOptions& options) const override {
-    return is_modular_ ? derive_modular_case_conditions(mechanism, space_.cases.front().start.mechanism, goals, options)
+    return is_modular_ ? derive_modular_case_conditions(mechanism, space_.cases.front().start.mechanism,
+                                                        space_.cases.size(), goals, options)
                        : balance::derive_conditions(mechanism, goals, options);
   }
   std::string invalidity_reason(const VectorX& x) const override {
