@@ -159,13 +159,18 @@ void run_trajectories(const ReportOptions& options, const DesignSpace& before, c
     throw MotionFailure(page.trajectories.front().before->outcome);
 }
 
+/// The page draws one mechanism for all trajectories.
+Mechanism shown_mechanism(const Study& study) {
+  return call_library(false, study, [&] { return mechanism_with_slides(study); });
+}
+
 HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   HtmlReport page;
   page.version = version();
   page.command = command_line(options);
   page.spec_file = std::filesystem::path(study.spec_file).filename().string();
   page.spec_text = study.spec_text;
-  page.before = mechanism_with_slides(study);
+  page.before = shown_mechanism(study);
   page.answers = std::make_shared<reports::ReportedAnswers>();
   page.answers->check = reports::check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
@@ -227,8 +232,8 @@ void add_design(const ReportOptions& options, const DesignSpace& space, HtmlRepo
   reports::DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
                                                             : only_design(study_options, space);
   view.conditions = convert_coefficients(std::move(view.conditions), page.units);
-  page.before = mechanism_with_slides(view.report.study_before);
-  page.after = mechanism_with_slides(view.report.study_after);
+  page.before = shown_mechanism(view.report.study_before);
+  page.after = shown_mechanism(view.report.study_after);
   page.answers->design = reports::design_json(view, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;

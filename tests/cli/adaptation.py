@@ -221,6 +221,13 @@ trajectories:
                    "minimum(distance[coupler1.P, ground.A1]) >= 0.1")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_a_page_draws_one_slide_per_counterweight(self):
+        spec = STILL.replace("ADAPT", OUT) + STILL.split("trajectories:\n")[1].replace("stay:", "away:").replace(
+            "ADAPT", "{to: [-0.1, 0.2], start: 0.5, duration: 0.8}")
+        done = run("report", self.write("two.yaml", spec), "-o", self.path("two.html"), "-q")
+        self.assert_failure(done, 3, "two.yaml", "counterweight 'cw' moves along different lines in two trajectories")
+        self.assertFalse(os.path.exists(self.path("two.html")))
+
     def test_text_tells_the_moves(self):
         done = run("simulate", os.path.join(CONFIGS, "machines", "5r-adapts.yaml"))
         self.assertEqual(done.returncode, 0, done.stderr)

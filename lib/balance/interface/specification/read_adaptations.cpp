@@ -21,10 +21,7 @@ constexpr const char* move_form = "a move {to, start, duration}, or a list of mo
 
 /// Names that a body, a joint or an actuator already has are not free for the slide of a counterweight.
 void check_name(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
-  const auto has_name = [&](const auto& item) { return item.name == name; };
-  const auto& mechanism = draft.mechanism();
-  if (std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), has_name) ||
-      std::any_of(mechanism.joints.begin(), mechanism.joints.end(), has_name))
+  if (study::find_by_name(draft.mechanism().bodies, name) || study::find_by_name(draft.mechanism().joints, name))
     at.fail({.expected = "a counterweight with a name of its own: its slide and its motor have it, too",
              .found = fmt::format("{}, which is also a body or a joint", quote_for_message(name))});
 }

@@ -210,11 +210,9 @@ Vector3E read_eccentric_place(const EccentricityKeys& keys, const Vector3E& axis
 }
 
 void check_eccentric_name(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
-  const auto has_name = [&](const auto& item) { return item.name == name; };
   const auto& mechanism = draft.mechanism();
-  if (std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), has_name) ||
-      std::any_of(mechanism.joints.begin(), mechanism.joints.end(), has_name) ||
-      std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), has_name))
+  if (study::find_by_name(mechanism.bodies, name) || study::find_by_name(mechanism.joints, name) ||
+      study::find_by_name(mechanism.attachments, name))
     at.fail({.expected = "an eccentric disc with a name of its own: its shaft has it, too",
              .found = fmt::format("{}, which is also a body, a joint, a counterweight or a payload",
                                   quote_for_message(name))});

@@ -58,6 +58,7 @@ Mechanism mechanism_with_slides(const Study& study) {
                         mechanism.joints.end(), [&](const Joint& joint) { return joint.name == name; });
   };
   for (Trajectory trajectory : study.trajectories) {
+    if (trajectory.adaptations.empty()) continue;
     const Mechanism moved = model_adaptations(study.mechanism, trajectory).mechanism;
     std::erase_if(trajectory.adaptations, [&](const trajectory::Adaptation& adaptation) {
       const std::string& name = study.mechanism.attachments[static_cast<std::size_t>(adaptation.attachment)].name;
