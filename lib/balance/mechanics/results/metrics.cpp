@@ -239,7 +239,7 @@ AdaptationMove record_move(const trajectory::CoordinateMove& move, Eigen::Index 
   };
   const auto power = [&](const SampleReference& sample) { return sample.result->power(sample.row, actuator); };
   record.from = position(*first), record.to = position(*last);
-  record.peak_effort = samples.front().result->torque.row(0).transpose() * 0;
+  record.peak_effort.setZero(samples.front().result->torque.cols());
   for (auto sample = first.base() - 1; sample <= last; ++sample) {
     record.peak_effort = record.peak_effort.cwiseMax(sample->result->torque.row(sample->row).transpose().cwiseAbs());
     if (sample == last) break;

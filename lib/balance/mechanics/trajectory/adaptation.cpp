@@ -1,28 +1,15 @@
 #include "balance/mechanics/trajectory/adaptation.hpp"
 
-#include <algorithm>
-#include <cstdio>
+#include "balance/mechanics/trajectory/path_offsets.hpp"
+
 #include <stdexcept>
 #include <string>
-#include <variant>
 
 namespace balance::trajectory {
 
 namespace {
 
-constexpr double collinearity_tolerance = 1e-9;  ///< of the longest distance: places this near to a line are on it
-constexpr double course_end_tolerance = 1e-9;    ///< of the duration
-
-double motion_duration(const Trajectory& trajectory) {
-  const auto* table = std::get_if<TablePath>(&trajectory.path);
-  return table != nullptr && !table->time.empty() ? table->time.back() - table->time.front() : trajectory.duration;
-}
-
-std::string format_time(double time) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g s", time);
-  return text;
-}
+constexpr double collinearity_tolerance = 1e-9;  ///< of the extent of the places: this near to a line, they are on it
 
 [[noreturn]] void refuse(const std::string& name, const std::string& reason) {
   throw std::invalid_argument("counterweight '" + name + "' cannot be moved: " + reason);
@@ -47,18 +34,13 @@ Vector3 find_slide_direction(const Attachment& counterweight, const Adaptation& 
 CoordinateCourse make_course(const Attachment& counterweight, const Adaptation& adaptation, const Vector3& direction,
                              CoordinateId coordinate, double duration) {
   CoordinateCourse course{coordinate, {}};
-  double place = 0, time = 0;
+  double place = 0;
   for (const CounterweightMove& move : adaptation.moves) {
-    const double next_place = direction.dot(move.to - counterweight.position), end = move.start + move.duration;
-    if (end > (1 + course_end_tolerance) * duration)
-      refuse(counterweight.name,
-             "it would arrive at " + format_time(end) + ", but the motion ends at " + format_time(duration));
-    if (move.start < time - course_end_tolerance * duration)
-      refuse(counterweight.name, "one of its moves starts at " + format_time(move.start) + ", before " +
-                                     format_time(time) + (time > 0 ? ", when the one before it ends" : ""));
+    const double next_place = direction.dot(move.to - counterweight.position);
     course.moves.push_back({move.start, move.duration, next_place - place, move.law});
-    place = next_place, time = end;
+    place = next_place;
   }
+  if (const std::string issue = find_course_issue(course, duration); !issue.empty()) refuse(counterweight.name, issue);
   return course;
 }
 
@@ -103,7 +85,7 @@ AdaptedMotion model_adaptations(const Mechanism& mechanism, const Trajectory& tr
         "the motion is searched");
   adapted.trajectory.adaptations.clear();
   for (const Adaptation& adaptation : trajectory.adaptations)
-    add_slide(adaptation, motion_duration(trajectory), adapted);
+    add_slide(adaptation, find_trajectory_duration(trajectory), adapted);
   return adapted;
 }
 

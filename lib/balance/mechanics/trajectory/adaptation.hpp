@@ -20,12 +20,4 @@ struct AdaptedMotion {
 ///        depends on the mechanism. The message is suitable for users.
 AdaptedMotion model_adaptations(const Mechanism& mechanism, const Trajectory& trajectory);
 
-/// Calls `simulate(mechanism, trajectory)` with the adaptations modelled.
-template <class Function>
-auto with_adaptations(const Mechanism& mechanism, const Trajectory& trajectory, const Function& simulate) {
-  if (trajectory.adaptations.empty()) return simulate(mechanism, trajectory);
-  const AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
-  return simulate(adapted.mechanism, adapted.trajectory);
-}
-
 }  // namespace balance::trajectory

@@ -254,7 +254,7 @@ PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& traje
                                                          DriveValue to) {
   PrescribedMotion::Request request;
   request.law = trajectory.law;
-  request.duration = trajectory.duration;
+  request.duration = find_trajectory_duration(trajectory);
   request.from = std::move(from), request.to = std::move(to);
   const std::vector<int>& components = quantities.point.empty() ? quantities.com : quantities.point;
   request.position_components = components.size() < 2 ? 0 : static_cast<int>(components.size());

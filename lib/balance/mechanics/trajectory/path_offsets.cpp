@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <stdexcept>
 
@@ -146,6 +147,12 @@ namespace {
 constexpr double course_time_tolerance = 1e-9;  ///< of the duration: moves may be outside by this much
 constexpr int panels_per_course_piece = 4;      ///< between jumps of a law: 16 terms are then exact
 
+std::string format_time(double time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g s", time);
+  return text;
+}
+
 /// A function of the fraction of the duration that stays what it is.
 void add_rest(double begin, double end, double value, std::vector<Panel>& panels) {
   if (!(end > begin)) return;
@@ -154,30 +161,35 @@ void add_rest(double begin, double end, double value, std::vector<Panel>& panels
   panels.push_back(std::move(panel));
 }
 
+/// Interpolates a vector function on a panel from its values at the Chebyshev points.
+template <class Function>
+Panel interpolate_panel(double begin, double end, Eigen::Index components, const Function& function) {
+  Samples values(PiecewiseChebyshevSeries::coefficient_count, components);
+  for (int k = 0; k < PiecewiseChebyshevSeries::coefficient_count; ++k)
+    values.row(k) =
+        function((begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k)).transpose();
+  return {begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * values};
+}
+
 /// One move, from `value` on, with its derivatives with respect to the fraction of the duration.
 void add_move(const CoordinateMove& move, double begin, double end, double value, std::vector<Panel>& panels) {
-  std::vector<double> ends = find_acceleration_jumps(move.law);
-  ends.push_back(1);
   const double length = end - begin;
+  const auto course = [&](double time) {  // inside of a panel, away from jumps
+    const MotionLawValue law = evaluate(move.law, (time - begin) / length);
+    return Vector3(value + move.distance * law.s, move.distance * law.ds / length,
+                   move.distance * law.dds / (length * length));
+  };
+  std::vector<double> piece_ends = find_acceleration_jumps(move.law);
+  piece_ends.push_back(1);
   double piece_begin = 0;
-  for (const double piece_end : ends) {
+  for (const double piece_end : piece_ends) {
     for (int k = 0; k < panels_per_course_piece; ++k) {
-      const auto tau = [&](int i) {
-        return i == panels_per_course_piece ? piece_end
-                                            : piece_begin + (piece_end - piece_begin) * i / panels_per_course_piece;
-      };
-      const double tau_begin = tau(k), tau_end = tau(k + 1), tau_length = tau_end - tau_begin;
-      // The law is evaluated within the panel; its ends are on the right side of its jumps.
-      Panel panel{begin + length * tau_begin, tau_end == 1 ? end : begin + length * tau_end, {}};
-      Samples values(PiecewiseChebyshevSeries::coefficient_count, derivative_columns);
-      for (int i = 0; i < PiecewiseChebyshevSeries::coefficient_count; ++i) {
-        const double x = PiecewiseChebyshevSeries::chebyshev_point(i);
-        const MotionLawValue law = evaluate(move.law, tau_begin + tau_length * (1 + x) / 2, Side::after);
-        values.row(i) << value + move.distance * law.s, move.distance * law.ds / length,
-            move.distance * law.dds / (length * length);
-      }
-      panel.coefficients = PiecewiseChebyshevSeries::values_to_coefficients() * values;
-      panels.push_back(std::move(panel));
+      const double step = (piece_end - piece_begin) / panels_per_course_piece;
+      const bool is_last = k + 1 == panels_per_course_piece;
+      panels.push_back(interpolate_panel(begin + length * (piece_begin + k * step),
+                                         is_last ? (piece_end == 1 ? end : begin + length * piece_end)
+                                                 : begin + length * (piece_begin + (k + 1) * step),
+                                         derivative_columns, course));
     }
     piece_begin = piece_end;
   }
@@ -198,39 +210,45 @@ PiecewiseChebyshevSeries make_course_series(const CoordinateCourse& course, doub
   return PiecewiseChebyshevSeries(std::move(panels));
 }
 
-void check_moves(const CoordinateCourse& course, double duration) {
-  double time = 0;
+void check_course(const CoordinateCourse& course, double duration) {
   for (const CoordinateMove& move : course.moves) {
     validate(move.law);
     if (move.law.kind == MotionLawKind::uniform || is_mechanism_dependent(move.law.kind))
       throw std::invalid_argument(
           "a coordinate moves from rest to rest, by a law that does not depend on the mechanism");
-    if (!(move.duration > 0) || move.start < time - course_time_tolerance * duration ||
-        move.start + move.duration > (1 + course_time_tolerance) * duration)
-      throw std::invalid_argument(
-          "moves of a coordinate follow each other between the start and the end of the motion");
-    time = move.start + move.duration;
   }
+  if (const std::string issue = find_course_issue(course, duration); !issue.empty())
+    throw std::invalid_argument("a coordinate cannot move: " + issue);
 }
 
 }  // namespace
 
+std::string find_course_issue(const CoordinateCourse& course, double duration) {
+  double time = 0;
+  for (const CoordinateMove& move : course.moves) {
+    const double end = move.start + move.duration;
+    if (!(move.duration > 0)) return "one of its moves takes no time";
+    if (end > (1 + course_time_tolerance) * duration)
+      return "it would arrive at " + format_time(end) + ", but the motion ends at " + format_time(duration);
+    if (move.start < time - course_time_tolerance * duration)
+      return "one of its moves starts at " + format_time(move.start) + ", before " + format_time(time) +
+             (time > 0 ? ", when the one before it ends" : "");
+    time = end;
+  }
+  return "";
+}
+
 void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, PrescribedMotion::Request& request) {
   for (const CoordinateCourse& course : trajectory.courses) {
     const auto component = static_cast<Eigen::Index>(find_component(quantities, course.coordinate));
-    auto* table = std::get_if<TablePath>(&request.path);
-    const double duration = table != nullptr ? table->time.back() - table->time.front() : request.duration;
-    check_moves(course, duration);
-    if (table != nullptr)
+    check_course(course, request.duration);
+    if (auto* table = std::get_if<TablePath>(&request.path))
       for (std::vector<double>& row : table->values)
         row.insert(row.begin() + static_cast<std::ptrdiff_t>(component), request.from.value[component]);
     hold_component(request, component);
-    request.component_offsets.push_back({component, make_course_series(course, duration), true});
-    for (const CoordinateMove& move : course.moves) {
-      request.switch_times.push_back(move.start);
-      request.switch_times.push_back(move.start + move.duration);
-    }
+    request.component_offsets.push_back({component, make_course_series(course, request.duration), true});
   }
+  request.switch_times = list_move_times(trajectory.courses);
 }
 
 namespace {
@@ -253,14 +271,10 @@ MatrixX complete_orthonormal_basis(const VectorX& direction) {
   return basis.rightCols(direction.size() - 1);
 }
 
-/// Fits a vector function on a panel from its values at the Chebyshev points.
+/// As interpolate_panel(), without terms that are round-off.
 template <class Function>
 Panel fit_panel(double begin, double end, Eigen::Index components, const Function& function) {
-  Samples values(PiecewiseChebyshevSeries::coefficient_count, components);
-  for (int k = 0; k < PiecewiseChebyshevSeries::coefficient_count; ++k)
-    values.row(k) =
-        function((begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k)).transpose();
-  Panel panel{begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * values};
+  Panel panel = interpolate_panel(begin, end, components, function);
   const double threshold = coefficient_epsilon * numerics::max_abs(panel.coefficients);
   panel.coefficients = (panel.coefficients.cwiseAbs().array() > threshold).select(panel.coefficients, 0.0);
   return panel;

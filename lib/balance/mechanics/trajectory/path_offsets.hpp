@@ -8,6 +8,7 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 #include <optional>
+#include <string>
 
 namespace balance::trajectory {
 
@@ -41,7 +42,11 @@ numerics::PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double
 void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request);
 
-/// Adds the trajectory's courses to a request with known `from`, `to`, `via` and path; both ends of every move become
+/// Why the moves of a course are not one after the other within a duration: "it would arrive at 2.3 s, but the motion ends
+/// at 2 s"; empty if they are.
+std::string find_course_issue(const CoordinateCourse& course, double duration);
+
+/// Adds the trajectory's courses to a request with known `from`, `to`, `via`, path and duration; both ends of every move become
 /// switch times.
 /// @throws std::invalid_argument if a move is not within the duration, or its law moves from other than rest to rest
 void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, PrescribedMotion::Request& request);

@@ -28,6 +28,19 @@ void check_samples(long samples) {
 
 }  // namespace
 
+double find_trajectory_duration(const Trajectory& trajectory) {
+  const auto* table = std::get_if<TablePath>(&trajectory.path);
+  return table == nullptr || is_mechanism_dependent(trajectory.law.kind) ? trajectory.duration
+                                                                         : table->time.back() - table->time.front();
+}
+
+std::vector<double> list_move_times(const std::vector<CoordinateCourse>& courses) {
+  std::vector<double> times;
+  for (const CoordinateCourse& course : courses)
+    for (const CoordinateMove& move : course.moves) times.insert(times.end(), {move.start, move.start + move.duration});
+  return times;
+}
+
 void check_timing(const Trajectory& trajectory) {
   check_samples(trajectory.samples);
   check_duration(trajectory.duration);

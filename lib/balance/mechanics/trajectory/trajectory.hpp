@@ -151,6 +151,9 @@ struct CoordinateCourse {
   std::vector<CoordinateMove> moves;  ///< in order of time
 };
 
+/// Both ends of all moves, in the order of the courses [s].
+std::vector<double> list_move_times(const std::vector<CoordinateCourse>& courses);
+
 template <class T>
 struct TrajectoryOf {
   std::string name;
@@ -204,6 +207,9 @@ using CounterweightMove = CounterweightMoveOf<double>;
 using Adaptation = AdaptationOf<double>;
 using Corridor = CorridorOf<double>;
 using Trajectory = TrajectoryOf<double>;
+
+/// Duration of the trajectory [s]: its own, or its table's.
+double find_trajectory_duration(const Trajectory& trajectory);
 
 /// Range of durations and sample counts, wherever they are specified. Values outside are more likely misprints than
 /// intended.

@@ -135,16 +135,6 @@ std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, cons
   return out;
 }
 
-/// Both ends of all moves by laws of their own, increasing.
-std::vector<double> list_course_times(const Trajectory& trajectory) {
-  std::vector<double> times;
-  for (const trajectory::CoordinateCourse& course : trajectory.courses)
-    for (const trajectory::CoordinateMove& move : course.moves)
-      times.insert(times.end(), {move.start, move.start + move.duration});
-  std::sort(times.begin(), times.end());
-  return times;
-}
-
 /// Adds times between events that are too far from each other for accurate figures.
 /// @param steps minimum number of steps of the whole run
 std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& events, long steps) {
@@ -240,7 +230,9 @@ class ClosedLoopRun {
     std::vector<SampleEvent> events = list_events(step, samples_, controller);
     if (effort_profile_) events = insert_knot_times(std::move(events), effort_profile_->knots());
     events = insert_knot_times(std::move(events), intervals_.switch_times());
-    events = insert_knot_times(std::move(events), list_course_times(trajectory));
+    std::vector<double> move_times = list_move_times(trajectory.courses);
+    std::sort(move_times.begin(), move_times.end());
+    events = insert_knot_times(std::move(events), move_times);
     // figures of a continuous controller cannot rely on its samples
     events_ =
         insert_figure_samples(events, effort_profile_ ? 5 * trajectory::min_time_steps : trajectory::min_time_steps);
@@ -516,7 +508,7 @@ RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& tra
                                const ClosedLoopOptions& options) {
   check_timing(trajectory);
   if (!trajectory.adaptations.empty()) {
-    const trajectory::AdaptedMotion adapted = trajectory::model_adaptations(mechanism, trajectory);
+    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
     return simulate_closed_loop(adapted.mechanism, adapted.trajectory,
                                 extend_controller(controller, mechanism, trajectory), options);
   }

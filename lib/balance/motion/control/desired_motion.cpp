@@ -37,12 +37,6 @@ MotionOutcome displace_tool_in(const Mechanism& mechanism, const Trajectory& tra
 
 }  // namespace
 
-double find_trajectory_duration(const Trajectory& trajectory) {
-  const auto* table = std::get_if<trajectory::TablePath>(&trajectory.path);
-  return table == nullptr || is_mechanism_dependent(trajectory.law.kind) ? trajectory.duration
-                                                                         : table->time.back() - table->time.front();
-}
-
 trajectory::MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
                                                const std::vector<double>& times) {
   if (times.empty() || times.front() != 0) throw std::invalid_argument("a desired motion begins at time 0");

@@ -8,9 +8,6 @@
 
 namespace balance::control {
 
-/// Duration of the trajectory [s]: its own, or its table's.
-double find_trajectory_duration(const Trajectory& trajectory);
-
 /// @param times increasing, from 0; beyond the trajectory's end its last pose is held
 /// @throws std::invalid_argument if trajectory and mechanism do not match
 trajectory::MotionTable compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,

@@ -85,14 +85,15 @@ class SimulationRun : public RunRecorder {
 
 }  // namespace
 
-RunResult simulate(const Mechanism& given_mechanism, const Trajectory& given_trajectory, const Progress& progress) {
-  return trajectory::with_adaptations(
-      given_mechanism, given_trajectory, [&](const Mechanism& mechanism, const Trajectory& trajectory) {
-        return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-          return kinematics::dispatch_space(
-              mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
-        });
-      });
+RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
+  if (!trajectory.adaptations.empty()) {
+    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
+    return simulate(adapted.mechanism, adapted.trajectory, progress);
+  }
+  return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
+    return kinematics::dispatch_space(
+        mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
+  });
 }
 
 }  // namespace balance::simulation

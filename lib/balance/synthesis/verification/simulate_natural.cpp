@@ -70,23 +70,23 @@ class NaturalRun : public simulation::RunRecorder {
 
 }  // namespace
 
-RunResult simulate_natural(const Mechanism& given_mechanism, const Trajectory& given_trajectory,
+RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory,
                            const simulation::Progress& progress) {
-  if (given_mechanism.space != SpaceKind::planar)
+  if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
-  if (has_velocity_constraints(given_mechanism))
+  if (has_velocity_constraints(mechanism))
     throw std::invalid_argument("natural coordinates do not support constraints on speeds");
-  return trajectory::with_adaptations(
-      given_mechanism, given_trajectory, [&](const Mechanism& mechanism, const Trajectory& trajectory) {
-        return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-          const NaturalStart start = find_natural_start(mechanism, resolved);
-          if (start.outcome.status == MotionStatus::done)
-            return NaturalRun(mechanism, resolved, start.start, progress).run();
-          RunResult result;
-          result.outcome = start.outcome;
-          return result;
-        });
-      });
+  if (!trajectory.adaptations.empty()) {
+    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
+    return simulate_natural(adapted.mechanism, adapted.trajectory, progress);
+  }
+  return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
+    const NaturalStart start = find_natural_start(mechanism, resolved);
+    if (start.outcome.status == MotionStatus::done) return NaturalRun(mechanism, resolved, start.start, progress).run();
+    RunResult result;
+    result.outcome = start.outcome;
+    return result;
+  });
 }
 
 }  // namespace balance::verification
