@@ -47,38 +47,57 @@ target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVA
 balance_compile_lanes(balance_core balance_lanes lib/balance/mechanics/lanes/lane_kernels.cpp
                       lib/balance/mechanics/kinematics/kinematic_equations.cpp)
 
-# The engine over dual numbers: these sources of templates once more, see numerics/engine_scalar.hpp.
-add_library(balance_duals OBJECT
-  lib/balance/mechanics/model/couplings.cpp
-  lib/balance/mechanics/kinematics/drive.cpp lib/balance/mechanics/kinematics/joint_coordinates.cpp
-  lib/balance/mechanics/kinematics/kinematic_equations.cpp lib/balance/mechanics/kinematics/kinematic_equations_singular.cpp
-  lib/balance/mechanics/kinematics/tree.cpp
-  lib/balance/mechanics/dynamics/actuation.cpp lib/balance/mechanics/dynamics/external_forces.cpp
-  lib/balance/mechanics/dynamics/sample_evaluator.cpp)
-target_link_libraries(balance_duals PRIVATE balance_core)
-target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
-balance_compile_options(balance_duals)
-balance_harden(balance_duals)
-balance_part(derivatives ROOMS mechanics/derivatives STANDS_ON core)
-target_sources(balance_derivatives PRIVATE $<TARGET_OBJECTS:balance_duals>)
+# What a sanitizer need not see can come from a build of the same sources that stands ready.
+set(BALANCE_BUILT_SYNTHESIS "" CACHE PATH "Folder of a release build with the libraries of derivatives and synthesis; empty: they are built here")
+function(balance_take_built part)
+  add_library(balance_${part} STATIC IMPORTED GLOBAL)
+  set(links ${ARGN})
+  list(TRANSFORM links PREPEND balance_ REGEX "^(core|derivatives)$")
+  set_target_properties(balance_${part} PROPERTIES IMPORTED_LOCATION ${BALANCE_BUILT_SYNTHESIS}/libbalance_${part}.a
+                                                   INTERFACE_LINK_LIBRARIES "${links}")
+  set_property(GLOBAL APPEND PROPERTY balance_parts balance_${part})
+endfunction()
 
-# The same over interval jets, for bounds over boxes of lengths.
-add_library(balance_intervals OBJECT
-  lib/balance/mechanics/model/couplings.cpp lib/balance/mechanics/kinematics/tree.cpp)
-target_link_libraries(balance_intervals PRIVATE balance_core)
-target_compile_definitions(balance_intervals PRIVATE BALANCE_INTERVALS)
-balance_compile_options(balance_intervals)
-balance_harden(balance_intervals)
+if(BALANCE_BUILT_SYNTHESIS)
+  balance_take_built(derivatives core)
+else()
+  # The engine over dual numbers: these sources of templates once more, see numerics/engine_scalar.hpp.
+  add_library(balance_duals OBJECT
+    lib/balance/mechanics/model/couplings.cpp
+    lib/balance/mechanics/kinematics/drive.cpp lib/balance/mechanics/kinematics/joint_coordinates.cpp
+    lib/balance/mechanics/kinematics/kinematic_equations.cpp lib/balance/mechanics/kinematics/kinematic_equations_singular.cpp
+    lib/balance/mechanics/kinematics/tree.cpp
+    lib/balance/mechanics/dynamics/actuation.cpp lib/balance/mechanics/dynamics/external_forces.cpp
+    lib/balance/mechanics/dynamics/sample_evaluator.cpp)
+  target_link_libraries(balance_duals PRIVATE balance_core)
+  target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
+  balance_compile_options(balance_duals)
+  balance_harden(balance_duals)
+  balance_part(derivatives ROOMS mechanics/derivatives STANDS_ON core)
+  target_sources(balance_derivatives PRIVATE $<TARGET_OBJECTS:balance_duals>)
+
+  # The same over interval jets, for bounds over boxes of lengths.
+  add_library(balance_intervals OBJECT
+    lib/balance/mechanics/model/couplings.cpp lib/balance/mechanics/kinematics/tree.cpp)
+  target_link_libraries(balance_intervals PRIVATE balance_core)
+  target_compile_definitions(balance_intervals PRIVATE BALANCE_INTERVALS)
+  balance_compile_options(balance_intervals)
+  balance_harden(balance_intervals)
+endif()
 
 balance_part(files ROOMS foundation/hdf5 interface/specification interface/files STANDS_ON core
              LINK yaml-cpp hdf5::hdf5 hdf5::hdf5_hl fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto ZLIB::ZLIB)
 balance_optimise_little(balance_files)
 
-balance_part(synthesis
-  ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design
-  STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
-target_sources(balance_synthesis PRIVATE ${balance_clp_seam} $<TARGET_OBJECTS:balance_intervals>)
-target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
+if(BALANCE_BUILT_SYNTHESIS)
+  balance_take_built(synthesis derivatives core fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+else()
+  balance_part(synthesis
+    ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design
+    STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+  target_sources(balance_synthesis PRIVATE ${balance_clp_seam} $<TARGET_OBJECTS:balance_intervals>)
+  target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
+endif()
 
 balance_part(interface ROOMS interface/comparison interface/import interface/reports interface/batch STANDS_ON synthesis files
              LINK fmt::fmt nlohmann_json::nlohmann_json pugixml::pugixml)

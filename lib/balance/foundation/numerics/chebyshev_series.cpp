@@ -8,6 +8,28 @@
 
 namespace balance::numerics {
 
+/// C_j = (c_{j−1} − c_{j+1}) / 2j on [−1, 1], where c_0 counts twice.
+Panel integrate(const Panel& panel) {
+  constexpr int terms = PiecewiseChebyshevSeries::coefficient_count;
+  const Samples c = panel.coefficients * ((panel.end - panel.begin) / 2);
+  Panel integral{panel.begin, panel.end, Samples::Zero(terms, c.cols())};
+  for (int j = 1; j < terms; ++j) {
+    integral.coefficients.row(j) = (j == 1 ? 2.0 : 1.0) * c.row(j - 1);
+    if (j + 1 < terms) integral.coefficients.row(j) -= c.row(j + 1);
+    integral.coefficients.row(j) /= 2 * j;
+    integral.coefficients.row(0) += (j % 2 == 0 ? -1.0 : 1.0) * integral.coefficients.row(j);
+  }
+  return integral;
+}
+
+Samples values_at_chebyshev_points(const Panel& panel) {
+  const PiecewiseChebyshevSeries series({Panel{-1, 1, panel.coefficients}});
+  Samples values(PiecewiseChebyshevSeries::coefficient_count, panel.coefficients.cols());
+  for (int k = 0; k < values.rows(); ++k)
+    series.evaluate(0, PiecewiseChebyshevSeries::chebyshev_point(k), &values(k, 0));
+  return values;
+}
+
 std::size_t PiecewiseChebyshevSeries::find_panel(double parameter, std::size_t first, std::size_t last) const {
   const auto begin = panels_.begin() + static_cast<std::ptrdiff_t>(first);
   const auto next = std::upper_bound(begin + 1, panels_.begin() + static_cast<std::ptrdiff_t>(last), parameter,
@@ -46,20 +68,13 @@ PiecewiseChebyshevSeries PiecewiseChebyshevSeries::derivative() const {
   return PiecewiseChebyshevSeries(std::move(panels));
 }
 
-/// C_j = (c_{j−1} − c_{j+1}) / 2j on [−1, 1], where c_0 counts twice.
 PiecewiseChebyshevSeries PiecewiseChebyshevSeries::integral() const {
-  std::vector<Panel> panels = panels_;
+  std::vector<Panel> panels;
   VectorX begin_values = VectorX::Zero(function_count());
-  for (Panel& panel : panels) {
-    const Samples c = panel.coefficients * ((panel.end - panel.begin) / 2);
-    panel.coefficients.row(0) = begin_values.transpose();
-    for (int j = 1; j < coefficient_count; ++j) {
-      panel.coefficients.row(j) = (j == 1 ? 2.0 : 1.0) * c.row(j - 1);
-      if (j + 1 < coefficient_count) panel.coefficients.row(j) -= c.row(j + 1);
-      panel.coefficients.row(j) /= 2 * j;
-      panel.coefficients.row(0) += (j % 2 == 0 ? -1.0 : 1.0) * panel.coefficients.row(j);
-    }
-    begin_values = panel.coefficients.colwise().sum().transpose();
+  for (const Panel& panel : panels_) {
+    panels.push_back(integrate(panel));
+    panels.back().coefficients.row(0) += begin_values.transpose();
+    begin_values = panels.back().coefficients.colwise().sum().transpose();
   }
   return PiecewiseChebyshevSeries(std::move(panels));
 }

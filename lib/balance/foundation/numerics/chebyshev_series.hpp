@@ -15,6 +15,12 @@ struct Panel {
   Samples coefficients;  ///< one row per term, one column per function
 };
 
+/// Their integrals, zero at the beginning of the panel; see PiecewiseChebyshevSeries::integral().
+Panel integrate(const Panel& panel);
+
+/// Values at the Chebyshev points of the panel: one row per point.
+Samples values_at_chebyshev_points(const Panel& panel);
+
 /// Several functions of one parameter. Immutable; evaluation allocates nothing.
 class PiecewiseChebyshevSeries {
  public:

@@ -415,7 +415,9 @@ class SpecWriter : private SpecWriterPage {
   void write_axes(const Joint& joint) {
     const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
     if (planar() && joint.type == JointType::planar) return line(4, "axis: " + vector(joint.axis2));
-    if (joint.type == JointType::spherical || joint.type == JointType::fixed || (planar() && !slides)) return;
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed || joint.type == JointType::free ||
+        (planar() && !slides))
+      return;
     line(4, "axis: " + vector(joint.axis));
     if (joint.type == JointType::universal || joint.type == JointType::planar) line(4, "axis2: " + vector(joint.axis2));
   }

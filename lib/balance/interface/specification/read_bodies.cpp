@@ -97,8 +97,8 @@ Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const Di
   const bool on_second = disc.body == joint.second;
   const bool universal = joint.type == JointType::universal;
   // of a universal joint the first axis is fixed in the first body, the second axis in the second body
-  const bool has_fixed_axis =
-      joint.type != JointType::spherical && (!universal || (coordinate.index == 0 ? on_first : on_second));
+  const bool has_fixed_axis = joint.type != JointType::spherical && joint.type != JointType::free &&
+                              (!universal || (coordinate.index == 0 ? on_first : on_second));
   if ((!on_first && !on_second) || !has_fixed_axis)
     at.fail({.kind = "missing key",
              .expected = fmt::format("'axis', the direction about which the disc turns in {}, because the axis of {} "

@@ -4,6 +4,7 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/specification/free_number.hpp"
 #include "balance/interface/specification/include_expansion.hpp"
+#include "balance/interface/specification/read_bushings.hpp"
 #include "balance/interface/specification/read_design.hpp"
 #include "balance/interface/specification/read_load_cases.hpp"
 #include "balance/interface/specification/read_temporary_payloads.hpp"
@@ -116,11 +117,35 @@ class SectionIndex {
  public:
   explicit SectionIndex(const SpecCursor& root) {
     std::vector<Field> fields;
-    for (const char* name :
-         {"name",     "space",    "gravity",      "parameters",     "units",      "include",   "ground",
-          "bodies",   "joints",   "couplings",    "constraints",    "speeds",     "actuators", "tool",
-          "assembly", "motion",   "trajectories", "counterweights", "payloads",   "discs",     "loads",
-          "springs",  "friction", "controllers",  "design",         "tolerances", "workspace", "torque_distribution"}) {
+    for (const char* name : {"name",
+                             "space",
+                             "gravity",
+                             "parameters",
+                             "units",
+                             "include",
+                             "ground",
+                             "bodies",
+                             "joints",
+                             "couplings",
+                             "constraints",
+                             "speeds",
+                             "actuators",
+                             "tool",
+                             "assembly",
+                             "motion",
+                             "trajectories",
+                             "counterweights",
+                             "payloads",
+                             "discs",
+                             "loads",
+                             "springs",
+                             "bushings",
+                             "friction",
+                             "controllers",
+                             "design",
+                             "tolerances",
+                             "workspace",
+                             "torque_distribution"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back({key, required ? Presence::required : Presence::optional,
@@ -181,6 +206,7 @@ void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   read_section("ground", [&](const SpecCursor& c) { read_ground(c, draft); });
   read_section("bodies", [&](const SpecCursor& c) { read_bodies(c, draft); });
   read_section("joints", [&](const SpecCursor& c) { read_joints(c, draft); });
+  read_section("bushings", [&](const SpecCursor& c) { read_bushings(c, draft); });
   // Everything below refers to bodies and joints.
   if (mechanism.bodies.size() < 2 || mechanism.joints.empty()) draft.problems.throw_if_any();
   check_connected(draft);
@@ -200,6 +226,7 @@ void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   read_section("loads", [&](const SpecCursor& c) { read_loads(c, draft); });
   read_section("springs", [&](const SpecCursor& c) { read_springs(c, draft); });
   read_section("friction", [&](const SpecCursor& c) { read_friction(c, draft); });
+  add_dampers(draft);
   check_massless_bodies(draft);
 }
 

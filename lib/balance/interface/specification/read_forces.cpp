@@ -157,7 +157,7 @@ void read_load(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expressi
 
 /// Keys of a spring; the units of its numbers depend on where it is.
 struct SpringKeys {
-  std::optional<SpecCursor> between, joint, stiffness, free_length, rest, preload;
+  std::optional<SpecCursor> between, joint, stiffness, free_length, rest, preload, damping;
 };
 
 /// A spring is between points or in a joint; each kind has its own keys.
@@ -176,6 +176,8 @@ void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
   if (keys.joint && keys.free_length) keys.free_length->fail({.expected = rest, .found = "'free_length'"});
   for (const auto& [entry, name] : {std::pair(&keys.rest, "'rest'"), std::pair(&keys.preload, "'preload'")})
     if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});
+  if (keys.between && keys.damping)
+    keys.damping->fail({.expected = "'damping' only of a spring in a joint; a bushing has it between points"});
 }
 
 void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expression>& spring) {
@@ -187,7 +189,8 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
                {"stiffness", Presence::required, store_in(keys.stiffness)},
                {"free_length", Presence::optional, store_in(keys.free_length)},
                {"rest", Presence::optional, store_in(keys.rest)},
-               {"preload", Presence::optional, store_in(keys.preload)}});
+               {"preload", Presence::optional, store_in(keys.preload)},
+               {"damping", Presence::optional, store_in(keys.damping)}});
   if (!at.is_map() || !draft.problems.collect([&] { check_spring_form(at, keys); })) return;
   Dimension displacement = dimension::length, force = dimension::force;
   const auto read_joint = [&] {
@@ -208,6 +211,11 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
   read(keys.preload, spring.preload, force, SignConstraint::none);
   read(keys.rest, rest, displacement, SignConstraint::none);
   if (keys.rest) spring.preload = spring.stiffness * rest;
+  if (!keys.damping) return;
+  model::FrictionOf<Expression> damper;
+  damper.coordinate = spring.coordinate;
+  read(keys.damping, damper.viscous, force / displacement * dimension::time, SignConstraint::not_negative);
+  draft.dampers.push_back(std::move(damper));
 }
 
 /// Dry friction: one number for both directions, or {forward, backward}.

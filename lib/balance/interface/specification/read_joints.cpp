@@ -42,7 +42,9 @@ constexpr NamedJointType joint_types[]{{"revolute", JointType::revolute, true, t
                                        {"cylindrical", JointType::cylindrical, false, true},
                                        {"universal", JointType::universal, false, true},
                                        {"spherical", JointType::spherical, false, true},
-                                       {"planar", JointType::planar, true, true}};
+                                       {"planar", JointType::planar, true, true},
+                                       {"free", JointType::planar, true, false},
+                                       {"free", JointType::free, false, true}};
 
 /// Synonyms of the types.
 constexpr std::pair<const char*, const char*> joint_type_synonyms[]{
@@ -73,6 +75,9 @@ constexpr std::pair<const char*, const char*> joint_type_synonyms[]{
     {"cylinder", "cylindrical"},
     {"cylindric", "cylindrical"},
     {"plane", "planar"},
+    {"floating", "free"},
+    {"freejoint", "free"},
+    {"6dof", "free"},
     {"pin-in-slot", "pin-slot"},
     {"slot", "pin-slot"},
     {"slotted", "pin-slot"},
@@ -115,7 +120,7 @@ namespace {
 
 bool has_axis(JointType type, bool planar) {
   if (planar) return type == JointType::prismatic || type == JointType::pin_slot || type == JointType::planar;
-  return type != JointType::fixed && type != JointType::spherical;
+  return type != JointType::fixed && type != JointType::spherical && type != JointType::free;
 }
 
 bool has_second_axis(JointType type) {

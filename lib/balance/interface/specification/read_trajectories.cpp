@@ -1,5 +1,6 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_adaptations.hpp"
+#include "balance/interface/specification/read_free_motion.hpp"
 #include "balance/interface/specification/read_law.hpp"
 #include "balance/interface/specification/read_path.hpp"
 #include "balance/interface/specification/read_pose.hpp"
@@ -249,6 +250,7 @@ std::vector<trajectory::Component> read_components(const SpecCursor& at, const S
 struct TrajectoryKeys {
   std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns, speed, adapt;
   OptimisedLawKeys optimised_law;
+  FreeMotionKeys free_motion;
 };
 
 /// Where to report a pose that comes from a trajectory itself, from `motion` or from neither.
@@ -436,6 +438,7 @@ void assemble_trajectory(const TrajectoryAssembly& assembly) {
   problems.collect([&] {
     if (assembly.keys.adapt) read_adaptations(*assembly.keys.adapt, assembly.draft, assembly.trajectory);
   });
+  problems.collect([&] { read_free_motion(assembly.keys.free_motion, assembly.draft, assembly.trajectory); });
   const SpecCursor from = place_of(assembly.timing.from_at, assembly.defaults.from_at, assembly.at),
                    to = place_of(assembly.timing.to_at, assembly.defaults.to_at, assembly.at);
   problems.collect([&] {
@@ -463,7 +466,10 @@ void read_trajectory(const Member& member, const MotionDefaults& defaults, Study
                              {"adapt", &keys.adapt},
                              {"limits", &keys.optimised_law.limits},
                              {"of", &keys.optimised_law.quantity},
-                             {"speeds", &keys.optimised_law.speeds}})
+                             {"speeds", &keys.optimised_law.speeds},
+                             {"free", &keys.free_motion.free},
+                             {"hold", &keys.free_motion.hold},
+                             {"initial", &keys.free_motion.initial}})
     fields.push_back({name, Presence::optional, store_in(*slot)});
   fields.push_back({"drive", Presence::required, store_in(keys.drive)});
   read_fields(member.value, "a trajectory {law, drive}", fields);

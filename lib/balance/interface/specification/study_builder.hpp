@@ -118,6 +118,10 @@ struct StudyBuilder {
 
   std::vector<model::CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
 
+  /// Springs of bushings, and dampers of these and of springs in joints: add_dampers().
+  std::vector<model::SpringOf<Expression>> added_springs;
+  std::vector<model::FrictionOf<Expression>> dampers;
+
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
   std::set<std::string> tolerance_names;          ///< under `tolerances`

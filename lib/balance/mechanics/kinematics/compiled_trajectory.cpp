@@ -420,6 +420,10 @@ CompiledTrajectory<S> compile_trajectory(const Mechanism& mechanism, const Tree<
   if (!trajectory.adaptations.empty())
     throw std::invalid_argument("the counterweights that trajectory '" + trajectory.name +
                                 "' moves are not modelled here (model_adaptations)");
+  if (trajectory.free_motion)
+    throw std::invalid_argument("the trajectory '" + trajectory.name +
+                                "' leaves coordinates free: only runs with prescribed motion ('simulate') find their "
+                                "motion");
   return TrajectoryCompiler<S>(mechanism, tree, trajectory).run();
 }
 

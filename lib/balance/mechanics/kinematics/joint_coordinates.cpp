@@ -143,6 +143,10 @@ JointMotion<T> compute_joint_motion(const model::JointOf<T>& joint, const Relati
       read_slide(1, u.cross(joint.axis2), motion, joint_motion);
       read_angle(2, u, motion, joint_motion);
       break;
+    case JointType::free:
+      for (int k = 0; k < 3; ++k) read_slide(k, Vector3Of<T>(Vector3Of<T>::Unit(k)), motion, joint_motion);
+      read_spherical(3, motion, joint_motion);
+      break;
     case JointType::rolling_disc: read_disc(joint, motion, joint_motion); break;
     case JointType::rolling_sphere:
       read_slide(0, joint.axis2, motion, joint_motion);

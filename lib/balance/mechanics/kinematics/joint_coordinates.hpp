@@ -11,10 +11,10 @@
 
 namespace balance::kinematics {
 
-/// Up to five coordinates of one joint with their derivatives.
+/// Up to six coordinates of one joint with their derivatives.
 template <class T>
 struct JointMotion {
-  std::array<T, 5> position{}, velocity{}, acceleration{};
+  std::array<T, 6> position{}, velocity{}, acceleration{};
 };
 
 /// Motion of a joint's second body seen by an observer on its first, in the first body's axes.

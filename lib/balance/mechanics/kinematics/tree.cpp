@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
@@ -33,6 +34,20 @@ template <class T>
 std::vector<ElementaryMotion<T>> list_elementary_motions(const JointOf<T>& joint);
 
 /// Axes in which a node rotates about z or slides along its space's slide direction.
+namespace {
+
+/// Number of a joint's coordinates before the three angles of a ball; none if it has no ball.
+std::optional<int> count_slides_before_ball(JointType type) {
+  switch (type) {
+    case JointType::spherical: return 0;
+    case JointType::rolling_sphere: return 2;
+    case JointType::free: return 3;
+    default: return std::nullopt;
+  }
+}
+
+}  // namespace
+
 template <class S>
 Matrix3Of<typename S::Scalar> node_axes(const ElementaryMotion<typename S::Scalar>& step);
 
@@ -79,6 +94,9 @@ std::vector<ElementaryMotion<T>> list_elementary_motions(const JointOf<T>& joint
     case JointType::spherical:
       return {{revolute, Vector::UnitX(), 0}, {revolute, Vector::UnitY(), 1}, {revolute, z, 2}};
     case JointType::planar: return {{prismatic, v, 0}, {prismatic, cross(u, v), 1}, {revolute, u, 2}};
+    case JointType::free:
+      return {{prismatic, Vector::UnitX(), 0}, {prismatic, Vector::UnitY(), 1}, {prismatic, z, 2},
+              {revolute, Vector::UnitX(), 3},  {revolute, Vector::UnitY(), 4},  {revolute, z, 5}};
     case JointType::rolling_disc:
       return {{prismatic, v, 0},
               {prismatic, cross(u, v), 1},
@@ -116,7 +134,8 @@ Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& jo
     const bool is_sliding = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
     return is_sliding ? node_axes<S>({NodeMotion::prismatic, joint.axis, 0}) : Matrix(Matrix::Identity());
   } else {
-    if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix::Identity();
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed || joint.type == JointType::free)
+      return Matrix::Identity();
     if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type))
       return frame_with_z_along(joint.axis);
     Matrix R;
@@ -149,6 +168,7 @@ void set_closure_rows(JointType type, Closure<S>& closure) {
       case JointType::universal: closure.rows = {x, y, z, zx}; break;
       case JointType::spherical: closure.rows = {x, y, z}; break;
       case JointType::planar: closure.rows = {z, xz, yz}, closure.aligned = {2}; break;
+      case JointType::free: break;  // lets everything move
       default: throw std::invalid_argument("joint type does not exist in space");
     }
   }
@@ -398,11 +418,9 @@ class TreeCompiler {
     NodeId node = parent.node;
     Matrix3Of<T> R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3Of<T> p = R * start + to_3d(parent.p_N);
-    const bool is_sphere = joint.type == JointType::rolling_sphere;
-    if ((joint.type == JointType::spherical || is_sphere) && !needed_[edge.joint]) {
-      tree_.spherical_joints.push_back(static_cast<int>(tree_.nodes.size()) + (is_sphere && edge.forward ? 2 : 0));
-      for (const int c : coordinates_[edge.joint])
-        tree_.is_floating[c] = !is_sphere || mechanism_.coordinates[c].index >= 2;
+    if (const std::optional<int> slides = count_slides_before_ball(joint.type); slides && !needed_[edge.joint]) {
+      tree_.spherical_joints.push_back(static_cast<int>(tree_.nodes.size()) + (edge.forward ? *slides : 0));
+      for (const int c : coordinates_[edge.joint]) tree_.is_floating[c] = mechanism_.coordinates[c].index >= *slides;
     }
     if (motions.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
     for (const ElementaryMotion<T>& step : motions) {

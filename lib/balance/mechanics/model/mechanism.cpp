@@ -61,6 +61,7 @@ int joint_degrees_of_freedom(JointType type) {
     case JointType::universal: return 2;
     case JointType::spherical:
     case JointType::planar: return 3;
+    case JointType::free: return 6;
     case JointType::rolling_disc:
     case JointType::rolling_sphere: return 5;
   }
@@ -87,6 +88,8 @@ std::vector<CoordinateDefinition> coordinate_definitions(JointType type) {
     case JointType::universal: return {{".1", angle}, {".2", angle}};
     case JointType::spherical: return {{".1", angle}, {".2", angle}, {".3", angle}};
     case JointType::planar: return {{".x", length}, {".y", length}, {".angle", angle}};
+    case JointType::free:
+      return {{".x", length}, {".y", length}, {".z", length}, {".1", angle}, {".2", angle}, {".3", angle}};
     case JointType::rolling_disc:
       return {{".x", length}, {".y", length}, {".heading", angle}, {".lean", angle}, {".angle", angle}};
     case JointType::rolling_sphere:

@@ -104,6 +104,7 @@ enum class JointType {
   universal,
   spherical,
   planar,
+  free,
   rolling_disc,
   rolling_sphere
 };
@@ -122,6 +123,8 @@ enum class JointType {
 /// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
 /// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u, which is z in the plane             |
+/// | free        | x, y, z,     | space only: r = (x, y, z); successive rotations as of a spherical joint     |
+/// |             | 1, 2, 3      |                                                                           |
 ///
 /// The next two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
 /// whose centre is Q. They have five coordinates and two constraints on their rates: the material point in contact with
@@ -481,6 +484,7 @@ inline const char* name_of(JointType type) {
     case JointType::universal: return "universal";
     case JointType::spherical: return "spherical";
     case JointType::planar: return "planar";
+    case JointType::free: return "free";
     case JointType::rolling_disc:
     case JointType::rolling_sphere: return "rolling";
   }

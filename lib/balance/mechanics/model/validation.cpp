@@ -407,6 +407,7 @@ bool exists_in(JointType type, bool planar) {
     case JointType::cylindrical:
     case JointType::universal:
     case JointType::spherical:
+    case JointType::free:
     case JointType::rolling_disc:
     case JointType::rolling_sphere: return !planar;
   }
@@ -416,7 +417,7 @@ bool exists_in(JointType type, bool planar) {
 void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
   constexpr double perpendicularity_tolerance = 1e-9;
   const bool is_sliding = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
-  if (joint.type == JointType::fixed || joint.type == JointType::spherical) return;
+  if (joint.type == JointType::fixed || joint.type == JointType::spherical || joint.type == JointType::free) return;
   faults.check_unit_vector(joint.axis, "its axis");
   if (planar && is_sliding && joint.axis.z() != 0)
     faults.add(ValidationIssueKind::out_of_plane, "its axis must lie in the plane of the mechanism");

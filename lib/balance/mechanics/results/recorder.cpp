@@ -73,6 +73,22 @@ void truncate_rows(long rows, RunResult& result) {
   }
 }
 
+void truncate_actuators(std::size_t count, RunResult& result) {
+  const auto columns = static_cast<Eigen::Index>(count);
+  result.actuator_names.resize(count);
+  result.actuator_units.resize(count);
+  for (const QuantityDefinition& kind : quantity_table())
+    if (Samples& samples = result.*kind.member; kind.columns == ColumnKind::actuator && samples.cols() > columns)
+      samples.conservativeResize(Eigen::NoChange, columns);
+  if (count > 1 && common_unit(result.actuator_units) != "mixed")
+    result.total_torque = result.torque.rowwise().norm();
+  else
+    result.total_torque.resize(0, 0);
+  for (TermMagnitudes* magnitudes : {&result.term_magnitudes, &result.round_off})
+    for (VectorX* values : {&magnitudes->effort, &magnitudes->power})
+      if (values->size() > columns) values->conservativeResize(columns);
+}
+
 ResultRecorder::ResultRecorder(const RunResult& shape) {
   for (const QuantityDefinition& kind : quantity_table()) {
     if ((shape.*kind.member).cols() == 0 || kind.values == nullptr) continue;

@@ -4,6 +4,7 @@
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 
+#include <cstddef>
 #include <vector>
 
 namespace balance::results {
@@ -23,6 +24,9 @@ void resize_arrays(const Mechanism& mechanism, long rows, const RecordedContents
 
 /// Drops all samples but the first `rows`.
 void truncate_rows(long rows, RunResult& result);
+
+/// Drops all actuators but the first `count`.
+void truncate_actuators(std::size_t count, RunResult& result);
 
 /// Writes samples, in order of time, into the rows of one RunResult or of several with the same shape.
 class ResultRecorder {

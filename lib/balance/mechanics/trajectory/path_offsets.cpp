@@ -246,7 +246,8 @@ void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities
       for (std::vector<double>& row : table->values)
         row.insert(row.begin() + static_cast<std::ptrdiff_t>(component), request.from.value[component]);
     hold_component(request, component);
-    request.component_offsets.push_back({component, make_course_series(course, request.duration), true});
+    request.component_offsets.push_back(
+        {component, course.is_free() ? course.solution : make_course_series(course, request.duration), true});
   }
   request.switch_times = list_move_times(trajectory.courses);
 }

@@ -145,14 +145,42 @@ struct CoordinateMove {
   MotionLaw law;
 };
 
-/// A coordinate whose motion is independent of the path, whatever is driven. At rest between its moves.
+/// A coordinate whose motion is independent of the path, whatever is driven. At rest between its moves, or as its
+/// equation of motion says.
 struct CoordinateCourse {
   CoordinateId coordinate = 0;
   std::vector<CoordinateMove> moves;  ///< in order of time
+  /// Of a free coordinate, instead of moves: function of the fraction of the duration, relative to the start, with two
+  /// derivatives.
+  numerics::PiecewiseChebyshevSeries solution = {};
+
+  bool is_free() const { return !solution.panels().empty(); }
 };
 
 /// Both ends of all moves, in the order of the courses [s].
 std::vector<double> list_move_times(const std::vector<CoordinateCourse>& courses);
+
+// Partly driven mechanisms.
+
+/// How free coordinates start.
+enum class FreeStart {
+  given,        ///< values and rates as stated
+  equilibrium,  ///< at rest where, with the driven coordinates at rest at the start, nothing accelerates them
+  periodic      ///< so that after the duration they are where they were, with the same rates
+};
+
+/// Some coordinates follow the trajectory; the others move by the mechanism's dynamics, without an effort of their own
+/// (motion/simulation/free_motion.hpp).
+template <class T>
+struct FreeMotionOf {
+  std::vector<CoordinateId> free;
+  std::vector<CoordinateId> held;  ///< keep their values at the start
+  FreeStart start = FreeStart::given;
+  /// Of free and held coordinates at the start; for other starts than `given`, where the search begins. None: as in
+  /// Mechanism::assembly, or zero.
+  std::vector<model::CoordinateValueOf<T>> position;
+  std::vector<model::CoordinateValueOf<T>> rate;  ///< of free coordinates at the start [rad/s or m/s]; none: zero
+};
 
 template <class T>
 struct TrajectoryOf {
@@ -182,6 +210,7 @@ struct TrajectoryOf {
   std::vector<AdaptationOf<T>> adaptations;   ///< at most one per counterweight
   /// Not part of the path or of the drive's other quantities; the start values are in `from`.
   std::vector<CoordinateCourse> courses;
+  std::optional<FreeMotionOf<T>> free_motion;  ///< with drive joints
 };
 
 /// Whether the motion depends on the mechanism: motion/time_optimal then finds its law, corridor offset or momentum
@@ -205,6 +234,7 @@ using MomentumTask = MomentumTaskOf<double>;
 using SecondaryTask = SecondaryTaskOf<double>;
 using CounterweightMove = CounterweightMoveOf<double>;
 using Adaptation = AdaptationOf<double>;
+using FreeMotion = FreeMotionOf<double>;
 using Corridor = CorridorOf<double>;
 using Trajectory = TrajectoryOf<double>;
 

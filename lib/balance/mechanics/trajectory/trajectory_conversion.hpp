@@ -39,6 +39,8 @@ class TrajectoryConversion {
         to.adaptations.back().moves.push_back({convert(move.to), move.start, move.duration, convert(move.law)});
     }
     to.courses = from.courses;
+    if (const auto& m = from.free_motion)
+      to.free_motion = FreeMotionOf<To>{m->free, m->held, m->start, convert(m->position), convert(m->rate)};
     return to;
   }
 
@@ -67,9 +69,14 @@ class TrajectoryConversion {
     for (const From& value : list) to.push_back(number_(value));
     return to;
   }
+  std::vector<model::CoordinateValueOf<To>> convert(const std::vector<model::CoordinateValueOf<From>>& list) const {
+    std::vector<model::CoordinateValueOf<To>> to;
+    for (const auto& entry : list) to.push_back({entry.coordinate, number_(entry.value)});
+    return to;
+  }
   PoseTargetOf<To> convert(const PoseTargetOf<From>& from) const {
     PoseTargetOf<To> to;
-    for (const auto& joint : from.joints) to.joints.push_back({joint.coordinate, number_(joint.value)});
+    to.joints = convert(from.joints);
     if (from.tool) to.tool = convert(*from.tool);
     if (from.angle) to.angle = number_(*from.angle);
     if (from.orientation) to.orientation = convert(*from.orientation);

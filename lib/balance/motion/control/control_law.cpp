@@ -218,7 +218,8 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   for (const Coordinate& coordinate : truth.coordinates) {
     const JointType type = truth.joints[static_cast<std::size_t>(coordinate.joint)].type;
     is_assembly_independent_.push_back(type != JointType::spherical &&
-                                       (type != JointType::rolling_sphere || coordinate.index < 2));
+                                       (type != JointType::rolling_sphere || coordinate.index < 2) &&
+                                       (type != JointType::free || coordinate.index < 3));
   }
   for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
   compute_coupling_map();

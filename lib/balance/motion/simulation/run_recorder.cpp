@@ -1,11 +1,15 @@
 #include "balance/motion/simulation/run_recorder.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
+#include "balance/motion/simulation/free_motion.hpp"
 #include "balance/motion/simulation/payload_events.hpp"
 #include "balance/motion/time_optimal/resolve_trajectory.hpp"
 
+#include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -17,6 +21,48 @@ RunResult without_samples(const MotionOutcome& outcome) {
   RunResult result;
   result.outcome = outcome;
   return result;
+}
+
+/// The fictitious actuators of the free coordinates have no effort, to this fraction of the efforts' terms.
+constexpr double free_effort_tolerance = 1e-7;
+
+std::size_t count_free_coordinates(const Trajectory& trajectory) {
+  return static_cast<std::size_t>(
+      std::count_if(trajectory.courses.begin(), trajectory.courses.end(),
+                    [](const trajectory::CoordinateCourse& course) { return course.is_free(); }));
+}
+
+/// Drops the actuators of the free coordinates, the last ones.
+/// @return why the motion is not that of the dynamics; empty if it is
+std::string leave_out_free_coordinates(std::size_t free, RunResult& result,
+                                       results::IntermediateSamples& intermediate_samples) {
+  if (free == 0) return "";
+  const auto columns = static_cast<Eigen::Index>(free);
+  const double largest_term = numerics::max_abs(result.term_magnitudes.effort);
+  const double largest_effort = numerics::max_abs(result.torque.rightCols(columns));
+  const std::size_t kept = result.actuator_names.size() - free;
+  truncate_actuators(kept, result);
+  truncate_actuators(kept, intermediate_samples.rows);
+  if (largest_effort <= free_effort_tolerance * largest_term) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "the motion of the free coordinates does not follow the dynamics: efforts up to %.3g would be needed "
+                "along them, of terms up to %.3g",
+                largest_effort, largest_term);
+  return text;
+}
+
+/// "B from -0.1 to 0.73 rad"
+std::string describe_range(const RunResult& result, CoordinateId coordinate) {
+  const auto column = static_cast<Eigen::Index>(coordinate);
+  const VectorX values = result.joint_position.col(column);
+  const double round_off = column_round_off(result, &RunResult::joint_position, column);
+  char range[80];
+  std::snprintf(range, sizeof range, " from %.6g to %.6g ",
+                results::suppress_round_off(round_off, numerics::min_coefficient(values)),
+                results::suppress_round_off(round_off, numerics::max_coefficient(values)));
+  const auto c = static_cast<std::size_t>(coordinate);
+  return result.coordinate_names[c] + range + result.coordinate_units[c];
 }
 
 }  // namespace
@@ -66,6 +112,10 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
       });
   if (!is_completed) return without_samples(source.outcome());
   set_term_magnitudes(result);
+  if (const std::string issue =
+          leave_out_free_coordinates(count_free_coordinates(trajectory_), result, intermediate_samples);
+      !issue.empty())
+    return without_samples({MotionStatus::unreachable, motion.duration(), issue, {}});
   add_metrics(result, intermediate_samples);
   add_adaptation_moves(mechanism_, trajectory_.courses, intermediate_samples, result);
   if (const auto overflow = find_overflow(result, intermediate_samples, mechanism_)) return without_samples(*overflow);
@@ -79,6 +129,22 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
   record_torque_distribution(mechanism_, intermediate_samples.rows, intermediate_samples.next_sample.size(),
                              results::EffortOrigin::motion, result);
   result.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples));
+  return result;
+}
+
+RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                          const std::function<RunResult(const Mechanism& mechanism, const Trajectory& solved)>& run) {
+  check_timing(trajectory);
+  const SolvedFreeMotion solved = solve_free_motion(mechanism, trajectory);
+  if (solved.outcome.status != MotionStatus::done) return without_samples(solved.outcome);
+  RunResult result = run(solved.mechanism, solved.trajectory);
+  if (result.outcome.status != MotionStatus::done) return result;
+  std::vector<std::string> notes = solved.outcome.notes;
+  std::string ranges;
+  for (const CoordinateId coordinate : trajectory.free_motion->free)
+    ranges += (ranges.empty() ? "" : ", ") + describe_range(result, coordinate);
+  notes.push_back("moved by the dynamics: " + ranges);
+  result.outcome.notes.insert(result.outcome.notes.begin(), notes.begin(), notes.end());
   return result;
 }
 

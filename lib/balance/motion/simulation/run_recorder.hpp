@@ -39,6 +39,10 @@ class RunRecorder {
   const Progress& progress_;
 };
 
+/// Runs along a trajectory with free coordinates once their motion has been found.
+RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                          const std::function<RunResult(const Mechanism& mechanism, const Trajectory& solved)>& run);
+
 /// Runs along a trajectory once its law, momentum and path have been found, and adds what was found to the result.
 RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
                        const std::function<RunResult(const Trajectory& resolved)>& run);

@@ -90,6 +90,10 @@ RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, con
     const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
     return simulate(adapted.mechanism, adapted.trajectory, progress);
   }
+  if (trajectory.free_motion)
+    return run_free_motion(mechanism, trajectory, [&](const Mechanism& solved, const Trajectory& motion) {
+      return simulate(solved, motion, progress);
+    });
   return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
     return kinematics::dispatch_space(
         mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });

@@ -81,11 +81,6 @@ Trajectory with_zero_tasks(const Trajectory& original, bool over_time) {
   return trajectory;
 }
 
-/// The integral, zero at the beginning of the panel, of the function with these coefficients.
-Samples integrate_panel(double begin, double end, const Samples& coefficients) {
-  return PiecewiseChebyshevSeries({Panel{begin, end, coefficients}}).integral().panels().front().coefficients;
-}
-
 template <class S>
 class MomentumTaskSolver {
  public:
@@ -236,8 +231,8 @@ class MomentumTaskSolver {
     for (int iteration = 0; iteration < max_picard_iterations; ++iteration) {
       previous = rates;
       y_ = y;
-      const Samples values =
-          values_at_points(integrate_panel(begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * rates));
+      const Samples values = numerics::values_at_chebyshev_points(
+          numerics::integrate({begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * rates}));
       for (int k = 0; k < panel_terms; ++k) {
         const double s = (begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k);
         if (!solve_rates(s, trajectory::Side::after, value_ + values.row(k).transpose(), new_rate_)) return restore(y);
@@ -251,14 +246,6 @@ class MomentumTaskSolver {
     return restore(y);
   }
 
-  static Samples values_at_points(const Samples& series) {
-    const PiecewiseChebyshevSeries function({Panel{-1, 1, series}});
-    Samples values(panel_terms, series.cols());
-    for (int k = 0; k < panel_terms; ++k)
-      function.evaluate(0, PiecewiseChebyshevSeries::chebyshev_point(k), &values(k, 0));
-    return values;
-  }
-
   bool restore(const VectorX& y) {
     y_ = y;
     return false;
@@ -269,9 +256,8 @@ class MomentumTaskSolver {
     for (Eigen::Index c = 0; c < rate.cols() && end - begin > min_resolved_panel_length; ++c)
       if (numerics::max_abs(rate.col(c).tail(3)) > coefficient_tolerance * rate.col(c).cwiseAbs().sum() + 1e-15)
         return restore(y);
-    Samples value = integrate_panel(begin, end, rate);
-    value.row(0) += value_.transpose();
-    const Panel panel{begin, end, value};
+    Panel panel = numerics::integrate({begin, end, rate});
+    panel.coefficients.row(0) += value_.transpose();
     VectorX end_value(count());
     PiecewiseChebyshevSeries({panel}).evaluate(0, end, end_value.data());
     // before anything is stored: a panel that is not accepted leaves nothing

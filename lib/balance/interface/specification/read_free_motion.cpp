@@ -1,0 +1,104 @@
+#include "balance/interface/specification/read_free_motion.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace balance::specification {
+
+namespace {
+
+bool contains(const std::vector<CoordinateId>& list, CoordinateId coordinate) {
+  return std::find(list.begin(), list.end(), coordinate) != list.end();
+}
+
+/// A list of coordinates that the trajectory does not drive.
+std::vector<CoordinateId> read_undriven(const SpecCursor& at, const char* key, StudyBuilder& draft,
+                                        const TrajectoryOf<Expression>& trajectory) {
+  std::vector<CoordinateId> coordinates;
+  read_each(at.items("a list of joint coordinates"), [&](const SpecCursor& item) {
+    const CoordinateId coordinate = read_coordinate(item, draft);
+    const bool is_driven = std::any_of(trajectory.from.joints.begin(), trajectory.from.joints.end(),
+                                       [&](const auto& value) { return value.coordinate == coordinate; });
+    if (is_driven)
+      item.fail({.expected = fmt::format("under '{}' a coordinate that the trajectory does not drive; where it starts "
+                                         "stands under 'initial'",
+                                         key),
+                 .found = fmt::format("{}, a joint of 'from'", item.describe_found())});
+    if (contains(coordinates, coordinate))
+      item.fail({.expected = "each coordinate only once", .found = fmt::format("{} again", item.describe_found())});
+    coordinates.push_back(coordinate);
+  });
+  return coordinates;
+}
+
+void read_rates(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotionOf<Expression>& motion) {
+  for (const Member& member : list_members(at, "a mapping of joint coordinates to rates"))
+    at.problems().collect([&] {
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
+      if (!contains(motion.free, coordinate))
+        member.key.fail({.expected = "a free coordinate", .found = quote_for_message(member.name)});
+      motion.rate.push_back({coordinate, read_number(member.value, draft, dimension_of(kind) / dimension::time)});
+    });
+}
+
+void read_values(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotionOf<Expression>& motion) {
+  motion.position = read_coordinate_values(at, draft);
+  for (const auto& value : motion.position)
+    if (!contains(motion.free, value.coordinate) && !contains(motion.held, value.coordinate))
+      at.fail(
+          {.expected = "values of free or held coordinates",
+           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(value.coordinate)].name)});
+}
+
+void read_initial(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotionOf<Expression>& motion) {
+  using enum trajectory::FreeStart;
+  const auto read_start = [&](const SpecCursor& c) {
+    constexpr trajectory::FreeStart starts[]{given, equilibrium, periodic};
+    motion.start = starts[c.read_choice("a start", {"rest", "equilibrium", "steady"})];
+  };
+  if (at.is_scalar()) return read_start(at);
+  std::optional<SpecCursor> rates;
+  read_fields(at, "a start: rest, equilibrium, steady or {joints, rates}",
+              {{"start", Presence::optional, read_start},
+               {"joints", Presence::optional, [&](const SpecCursor& c) { read_values(c, draft, motion); }},
+               {"rates", Presence::optional, [&](const SpecCursor& c) { rates = c; }}});
+  if (rates && motion.start == equilibrium)
+    rates->fail({.expected = "no 'rates' with an equilibrium, which is at rest"});
+  if (rates) read_rates(*rates, draft, motion);
+}
+
+}  // namespace
+
+void read_free_motion(const FreeMotionKeys& keys, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
+  if (!keys.free && !keys.hold && !keys.initial) return;
+  if (!keys.free)
+    (keys.hold ? *keys.hold : *keys.initial)
+        .fail({.expected = "'free', the coordinates that move by the dynamics, beside it", .found = "none"});
+  if (trajectory.drive != DriveKind::joints) keys.free->fail({.expected = "'free' only with 'drive: joints'"});
+  if (is_mechanism_dependent(trajectory))
+    keys.free->fail({.expected = "no 'free' with a law, a corridor or a momentum for which the motion is searched"});
+  trajectory::FreeMotionOf<Expression> motion;
+  motion.free = read_undriven(*keys.free, "free", draft, trajectory);
+  if (motion.free.empty()) keys.free->fail_expected("at least one free coordinate");
+  for (const CoordinateId coordinate : motion.free)
+    if (contains(draft.mechanism().actuators, coordinate))
+      keys.free->fail(
+          {.expected = "coordinates without an actuator",
+           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name)});
+  if (keys.hold) motion.held = read_undriven(*keys.hold, "hold", draft, trajectory);
+  for (const CoordinateId coordinate : motion.held)
+    if (contains(motion.free, coordinate))
+      keys.hold->fail(
+          {.expected = "coordinates that are not free",
+           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name)});
+  if (keys.initial) read_initial(*keys.initial, draft, motion);
+  trajectory.free_motion = std::move(motion);
+}
+
+}  // namespace balance::specification
