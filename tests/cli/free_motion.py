@@ -145,6 +145,11 @@ class FreeMotion(Case):
                 first, second = (result[quantity] for result in results)
                 self.assertLess(np.abs(first - second).max(), 1e-9 * max(1, np.abs(first).max()), (name, quantity))
 
+    def test_check_compares_the_formulations(self):
+        for name in (CART, ARM, SHAFT, FRAME):
+            done = run("check", "--verify", os.path.join(CONFIGS, name))
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_power_is_the_rate_of_energy(self):
         """Without dampers the motor's work is the change of energy."""
         for name, changes in ((CART, ()), (ARM, ()), (SHAFT, ((", damping: 0.02", ""),))):
@@ -199,6 +204,33 @@ class FreeMotion(Case):
             self.assertLess(abs(q["P"][-1] - q["P"][0]), 1e-9)
         else:
             self.assertIn("no periodic motion found", done.stdout + done.stderr)
+
+    def vibrations(self, spec):
+        return {one["trajectory"]: one for one in json.loads(run("check", spec, "--json").stdout)["vibrations"]}
+
+    def test_vibrations(self):
+        frame = self.vibrations(os.path.join(CONFIGS, FRAME))["start"]
+        mass, stiffness, damping = 10.7, 3000, 50
+        self.assertEqual(len(frame["modes"]), 2)
+        for mode in frame["modes"]:
+            real, imaginary = mode["eigenvalue"]
+            self.near(math.hypot(real, imaginary), math.sqrt(stiffness / mass), 1e-9)
+            self.near(real, -damping / (2 * mass), 1e-9)
+            self.near(mode["damping_ratio"], damping / (2 * math.sqrt(stiffness * mass)), 1e-9)
+        # pendulum: m g l = (I + m l^2) omega^2; a start away from the equilibrium does not matter
+        for one in self.vibrations(os.path.join(CONFIGS, CART)).values():
+            self.assertLess(abs(one["equilibrium"]["P"]), 1e-10)
+            self.near(one["modes"][0]["frequency"], math.sqrt(9.81 * 0.3 / (0.02 + 0.09)) / (2 * math.pi), 1e-9)
+            self.assertLess(abs(one["modes"][0]["damping_ratio"]), 1e-8)
+        upside_down = self.vibrations(self.spec(CART, ("joints: {P: 0.1}", "joints: {P: pi}")))["move"]
+        self.assertEqual(sorted(mode["eigenvalue"][0] > 0 for mode in upside_down["modes"]), [False, True])
+        # two rotors on a shaft, of which one is held by the motor
+        shaft = self.vibrations(os.path.join(CONFIGS, SHAFT))["turn"]["modes"]
+        self.near(math.hypot(*shaft[0]["eigenvalue"]), math.sqrt(25 / 0.01), 1e-9)
+        # what floats moves as a rigid body
+        self.assertEqual([mode["eigenvalue"] for mode in self.vibrations(os.path.join(CONFIGS, ARM))["reach"]["modes"]], [[0, 0]] * 6)
+        text = run("check", os.path.join(CONFIGS, FRAME)).stdout
+        self.assertIn("2.63888 Hz, damping ratio 0.1395", " ".join(text.split()))
 
     def test_what_cannot_be_left_free(self):
         refused = [

@@ -473,7 +473,7 @@ void fix_floating_joints(ForeignModel& robot, bool is_base_fixed) {
     const std::string subject = fmt::format("joint {}", quote_for_message(one.joint.name));
     if (!is_base_fixed || one.joint.first != 0)
       throw SpecError({.place = one.place,
-                       .message = fmt::format("{}: specs have no joint for a floating body{}", subject,
+                       .message = fmt::format("{}: floating bodies are not imported{}", subject,
                                               one.joint.first == 0 ? "; --base fixed holds it where it is" : "")});
     robot.findings.push_back({Severity::note, one.place, "held", subject, "floats in the file and is held still"});
   }
@@ -533,10 +533,9 @@ void check_bodies_connected(const ForeignModel& robot) {
   }
   for (std::size_t b = 1; b < robot.bodies.size(); ++b)
     if (robot.bodies[b].is_active && !reached[b])
-      throw SpecError(
-          {.place = robot.bodies[b].place,
-           .message = fmt::format("body {}: no chain of joints holds it: specs have no joint for a floating body",
-                                  quote_for_message(robot.bodies[b].body.name))});
+      throw SpecError({.place = robot.bodies[b].place,
+                       .message = fmt::format("body {}: no chain of joints holds it: floating bodies are not imported",
+                                              quote_for_message(robot.bodies[b].body.name))});
 }
 
 }  // namespace

@@ -59,6 +59,29 @@ Json rotor_json(const verification::RotorUnbalance& rotor) {
   return json;
 }
 
+Json vibration_json(const verification::VibrationModes& vibration, const Mechanism& mechanism) {
+  const auto name_of = [&](std::size_t k) {
+    return mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])].name;
+  };
+  const auto to_json = [](const std::complex<double>& value) { return Json{value.real(), value.imag()}; };
+  Json json = {{"trajectory", vibration.trajectory}, {"outcome", files::outcome_json(vibration.outcome)}};
+  json["equilibrium"] = Json::object();
+  json["modes"] = Json::array();
+  if (vibration.outcome.status != MotionStatus::done) return json;
+  for (std::size_t k = 0; k < vibration.free.size(); ++k)
+    json["equilibrium"][name_of(k)] = vibration.position[static_cast<Eigen::Index>(k)];
+  for (const verification::VibrationMode& mode : vibration.modes) {
+    Json one = {{"eigenvalue", to_json(mode.eigenvalue)},
+                {"frequency", mode.frequency()},
+                {"damping_ratio", mode.damping_ratio()},
+                {"shape", Json::object()}};
+    for (std::size_t k = 0; k < vibration.free.size(); ++k)
+      one["shape"][name_of(k)] = to_json(mode.shape[static_cast<Eigen::Index>(k)]);
+    json["modes"].push_back(std::move(one));
+  }
+  return json;
+}
+
 ReportFields<verification::QuantityDifference> difference_fields(double tolerance) {
   using Row = verification::QuantityDifference;
   return {{&Row::quantity, JsonKey{"quantity"}, TextColumn{}},
@@ -119,6 +142,8 @@ Json check_json(const CheckReport& report, const Mechanism& mechanism, const std
   json["modes"] = files::list_json(report.modes,
                                    [&](const verification::AssemblyMode& mode) { return mode_json(mode, mechanism); });
   json["rotors"] = files::list_json(report.rotors, rotor_json);
+  json["vibrations"] = files::list_json(
+      report.vibrations, [&](const verification::VibrationModes& one) { return vibration_json(one, mechanism); });
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verification != nullptr) json["verification"] = verify_json(*verification);
@@ -295,6 +320,61 @@ std::string rotor_text(const verification::RotorUnbalance& rotor, const files::T
   return text;
 }
 
+constexpr double max_hidden_share = 1e-6;  ///< entries of a shape below this share of the largest one are left out
+
+/// "F.x 1 m, F.y 0.35 m at 90 deg"
+std::string shape_text(const verification::VibrationMode& mode, const verification::VibrationModes& vibration,
+                       const Mechanism& mechanism, const files::TextOptions& options) {
+  std::string text;
+  const double length_unit = characteristic_length(mechanism);
+  for (std::size_t k = 0; k < vibration.free.size(); ++k) {
+    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])];
+    const bool is_length = coordinate.kind == CoordinateKind::length;
+    const std::complex<double> entry = mode.shape[static_cast<Eigen::Index>(k)];
+    if (std::abs(entry) <= max_hidden_share * (is_length ? length_unit : 1)) continue;
+    const files::DisplayUnit unit = files::find_display_unit(is_length ? "m" : "rad", options.units);
+    const double phase = std::arg(entry) * 180 / std::numbers::pi;
+    text += fmt::format("{}{} {:.4g} {}", text.empty() ? "" : ", ", coordinate.name, unit.convert(std::abs(entry)),
+                        unit.name);
+    if (std::abs(phase) > max_hidden_share) text += fmt::format(" at {:.4g} deg", phase);
+  }
+  return text;
+}
+
+std::string mode_text(const verification::VibrationMode& mode) {
+  const double rate = mode.eigenvalue.real();
+  if (mode.oscillates())
+    return fmt::format("{:.6g} Hz, damping ratio {:.4g}", mode.frequency(),
+                       std::abs(mode.damping_ratio()) <= max_hidden_share ? 0 : mode.damping_ratio());
+  if (rate == 0) return "rigid motion";
+  return rate < 0 ? fmt::format("decays by 1/e in {:.4g} s", -1 / rate)
+                  : fmt::format("unstable: grows by e in {:.4g} s", 1 / rate);
+}
+
+std::string vibrations_text(const verification::VibrationModes& vibration, const Mechanism& mechanism,
+                            const files::TextOptions& options) {
+  const std::string label = "vibrations", name = vibration.trajectory;
+  if (vibration.outcome.status != MotionStatus::done)
+    return format_property(label, fmt::format("of {}: {}", name, vibration.outcome.reason), options.width);
+  std::string equilibrium;
+  for (std::size_t k = 0; k < vibration.free.size(); ++k) {
+    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])];
+    const double value = vibration.position[static_cast<Eigen::Index>(k)];
+    equilibrium += fmt::format("{}{} = {}", equilibrium.empty() ? "" : ", ", coordinate.name,
+                               coordinate.kind == CoordinateKind::length
+                                   ? model::format_length(value, options.units, model::pose_round_off)
+                                   : model::format_angle(value, options.units, model::pose_round_off));
+  }
+  std::string text = format_property(
+      label, fmt::format("of what {} leaves free, linearised about {}", name, equilibrium), options.width);
+  for (std::size_t k = 0; k < vibration.modes.size(); ++k)
+    text += format_property(fmt::format("  {}", k + 1),
+                            fmt::format("{}: {}", mode_text(vibration.modes[k]),
+                                        shape_text(vibration.modes[k], vibration, mechanism, options)),
+                            options.width);
+  return text;
+}
+
 }  // namespace
 
 std::string check_text(const CheckReport& report, const Mechanism& mechanism, const files::TextOptions& options) {
@@ -323,6 +403,7 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism, co
     text += modes_text(report, width);
   }
   for (const verification::RotorUnbalance& rotor : report.rotors) text += rotor_text(rotor, options);
+  for (const verification::VibrationModes& one : report.vibrations) text += vibrations_text(one, mechanism, options);
   for (const std::string& note : report.notes) text += files::wrap_lines("note: " + note + "\n", width);
   return text;
 }

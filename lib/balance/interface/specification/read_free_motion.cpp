@@ -47,30 +47,48 @@ void read_rates(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotio
     });
 }
 
-void read_values(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotionOf<Expression>& motion) {
-  motion.position = read_coordinate_values(at, draft);
-  for (const auto& value : motion.position)
-    if (!contains(motion.free, value.coordinate) && !contains(motion.held, value.coordinate))
-      at.fail(
-          {.expected = "values of free or held coordinates",
-           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(value.coordinate)].name)});
+/// Values of undriven coordinates; the others start as in `assembly`, or at zero.
+void add_start_values(const std::vector<model::CoordinateValueOf<Expression>>& stated, const StudyBuilder& draft,
+                      const trajectory::FreeMotionOf<Expression>& motion, TrajectoryOf<Expression>& trajectory) {
+  for (const auto* list : {&motion.held, &motion.free})
+    for (const CoordinateId coordinate : *list) {
+      model::CoordinateValueOf<Expression> start{coordinate, 0};
+      for (const auto* values : {&draft.mechanism().assembly, &stated})
+        for (const auto& value : *values)
+          if (value.coordinate == coordinate) start = value;
+      trajectory.from.joints.push_back(start);
+    }
 }
 
-void read_initial(const SpecCursor& at, StudyBuilder& draft, trajectory::FreeMotionOf<Expression>& motion) {
+/// @return stated values
+std::vector<model::CoordinateValueOf<Expression>> read_initial(const SpecCursor& at, StudyBuilder& draft,
+                                                               trajectory::FreeMotionOf<Expression>& motion) {
   using enum trajectory::FreeStart;
   const auto read_start = [&](const SpecCursor& c) {
     constexpr trajectory::FreeStart starts[]{given, equilibrium, periodic};
     motion.start = starts[c.read_choice("a start", {"rest", "equilibrium", "steady"})];
   };
-  if (at.is_scalar()) return read_start(at);
-  std::optional<SpecCursor> rates;
+  std::vector<model::CoordinateValueOf<Expression>> values;
+  if (at.is_scalar()) {
+    read_start(at);
+    return values;
+  }
+  std::optional<SpecCursor> rates, joints;
   read_fields(at, "a start: rest, equilibrium, steady or {joints, rates}",
               {{"start", Presence::optional, read_start},
-               {"joints", Presence::optional, [&](const SpecCursor& c) { read_values(c, draft, motion); }},
+               {"joints", Presence::optional, [&](const SpecCursor& c) { joints = c; }},
                {"rates", Presence::optional, [&](const SpecCursor& c) { rates = c; }}});
   if (rates && motion.start == equilibrium)
     rates->fail({.expected = "no 'rates' with an equilibrium, which is at rest"});
   if (rates) read_rates(*rates, draft, motion);
+  if (!joints) return values;
+  values = read_coordinate_values(*joints, draft);
+  for (const auto& value : values)
+    if (!contains(motion.free, value.coordinate) && !contains(motion.held, value.coordinate))
+      joints->fail(
+          {.expected = "values of free or held coordinates",
+           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(value.coordinate)].name)});
+  return values;
 }
 
 }  // namespace
@@ -97,7 +115,9 @@ void read_free_motion(const FreeMotionKeys& keys, StudyBuilder& draft, Trajector
       keys.hold->fail(
           {.expected = "coordinates that are not free",
            .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name)});
-  if (keys.initial) read_initial(*keys.initial, draft, motion);
+  std::vector<model::CoordinateValueOf<Expression>> stated;
+  if (keys.initial) stated = read_initial(*keys.initial, draft, motion);
+  add_start_values(stated, draft, motion, trajectory);
   trajectory.free_motion = std::move(motion);
 }
 

@@ -170,15 +170,13 @@ enum class FreeStart {
 };
 
 /// Some coordinates follow the trajectory; the others move by the mechanism's dynamics, without an effort of their own
-/// (motion/simulation/free_motion.hpp).
+/// (motion/simulation/free_motion.hpp). All of them start at TrajectoryOf::from; for other starts than `given`, the
+/// search for the free ones begins there.
 template <class T>
 struct FreeMotionOf {
   std::vector<CoordinateId> free;
   std::vector<CoordinateId> held;  ///< keep their values at the start
   FreeStart start = FreeStart::given;
-  /// Of free and held coordinates at the start; for other starts than `given`, where the search begins. None: as in
-  /// Mechanism::assembly, or zero.
-  std::vector<model::CoordinateValueOf<T>> position;
   std::vector<model::CoordinateValueOf<T>> rate;  ///< of free coordinates at the start [rad/s or m/s]; none: zero
 };
 

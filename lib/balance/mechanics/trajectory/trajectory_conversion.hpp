@@ -40,7 +40,7 @@ class TrajectoryConversion {
     }
     to.courses = from.courses;
     if (const auto& m = from.free_motion)
-      to.free_motion = FreeMotionOf<To>{m->free, m->held, m->start, convert(m->position), convert(m->rate)};
+      to.free_motion = FreeMotionOf<To>{m->free, m->held, m->start, convert(m->rate)};
     return to;
   }
 

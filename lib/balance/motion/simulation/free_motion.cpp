@@ -13,10 +13,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance::simulation {
@@ -39,7 +41,9 @@ constexpr std::size_t max_panels = 100'000;
 constexpr double breakpoint_tolerance = 1e-12;  // of the duration
 constexpr int max_newton_iterations = 30;
 constexpr double newton_tolerance = 1e-12, accepted_newton_tolerance = 1e-9;  // relative to the units of the state
+constexpr double fast_convergence = 0.01;                                     // ratio of steps with the same matrix
 constexpr double difference_step = 1e-5;                                      // in units of the state
+constexpr double linearisation_step = 2e-3;                                   // in units of the state
 constexpr double min_newton_pivot =
     1e-8;                                // of a system for a start, in its units: below this it has no unique solution
 constexpr double max_newton_step = 0.5;  // in units of the state: an equilibrium is approached in such steps
@@ -63,23 +67,17 @@ VectorX column_sizes(const Samples& samples) {
   return sizes;
 }
 
-double find_start_value(const Mechanism& mechanism, const trajectory::FreeMotion& free, CoordinateId coordinate) {
-  for (const auto* values : {&free.position, &mechanism.assembly})
-    for (const CoordinateValue& value : *values)
-      if (value.coordinate == coordinate) return value.value;
-  return 0;
-}
-
 /// The trajectory with the free and held coordinates at rest at their start.
-Trajectory hold_undriven_coordinates(const Mechanism& mechanism, const Trajectory& original) {
+Trajectory hold_undriven_coordinates(const Trajectory& original) {
   Trajectory trajectory = original;
-  const trajectory::FreeMotion free = *trajectory.free_motion;
-  trajectory.free_motion.reset();
+  const trajectory::FreeMotion free = *std::exchange(trajectory.free_motion, std::nullopt);
   for (const auto* list : {&free.held, &free.free})
     for (const CoordinateId coordinate : *list) {
-      const CoordinateValue start{coordinate, find_start_value(mechanism, free, coordinate)};
-      trajectory.from.joints.push_back(start);
-      trajectory.to.joints.push_back(start);
+      const auto start = std::find_if(trajectory.from.joints.begin(), trajectory.from.joints.end(),
+                                      [&](const CoordinateValue& value) { return value.coordinate == coordinate; });
+      if (start == trajectory.from.joints.end())
+        throw std::invalid_argument("the trajectory '" + trajectory.name + "' has no start values of free coordinates");
+      trajectory.to.joints.push_back(*start);
       trajectory.courses.push_back({coordinate, {}});
     }
   return trajectory;
@@ -117,43 +115,51 @@ void require_supported(const Mechanism& mechanism, const Trajectory& trajectory,
   if (has_velocity_constraints(mechanism)) refuse("the mechanism has constraints on speeds");
   if (model::PayloadIntervals(mechanism, find_trajectory_duration(trajectory)).count() > 1)
     refuse("payloads are taken up or set down on the way");
-  for (const Friction& friction : mechanism.friction)
-    if ((friction.coulomb > 0 || friction.static_limit(1) > 0 || friction.static_limit(-1) > 0) &&
-        (contains(free.free, friction.coordinate)))
-      refuse("the dry friction of " + list_names(mechanism, {friction.coordinate}) +
-             " would make it stick ('control' has sticking joints)");
 }
 
 class FreeMotionSolver {
  public:
   FreeMotionSolver(const Mechanism& mechanism, const Trajectory& trajectory)
       : free_(*trajectory.free_motion),
-        solved_{{}, mechanism, hold_undriven_coordinates(mechanism, trajectory)},
+        solved_{{}, mechanism, hold_undriven_coordinates(trajectory)},
         driven_(compile_driven_motion(mechanism, solved_.trajectory)),
         duration_(find_trajectory_duration(trajectory)),
         count_(static_cast<Eigen::Index>(free_.free.size())) {}
 
   SolvedFreeMotion solve() {
-    solved_.outcome = driven_.outcome;
-    if (solved_.outcome.status == MotionStatus::mismatch) name_undriven_coordinates();
-    if (is_failed() || !choose_actuators()) return std::move(solved_);
-    dynamics::ForwardOptions options;
-    options.preferred = driven_.coordinates;
-    dynamics_.emplace(solved_.mechanism, options);
-    const double length = characteristic_length(solved_.mechanism);
-    unit_.resize(count_);
-    for (Eigen::Index k = 0; k < count_; ++k) unit_[k] = coordinate(k).kind == CoordinateKind::length ? length : 1;
-    VectorX position(count_), rate = VectorX::Zero(count_);
-    for (Eigen::Index k = 0; k < count_; ++k)
-      position[k] = find_start_value(solved_.mechanism, free_, free_.free[static_cast<std::size_t>(k)]);
-    for (const CoordinateValue& value : free_.rate)
-      for (Eigen::Index k = 0; k < count_; ++k)
-        if (free_.free[static_cast<std::size_t>(k)] == value.coordinate) rate[k] = value.value * duration_;
+    VectorX position, rate;
+    if (!begin(position, rate)) return std::move(solved_);
     if (free_.start == FreeStart::equilibrium && !find_equilibrium(position)) return std::move(solved_);
     if (free_.start == FreeStart::periodic ? !find_periodic_motion(position, rate) : !integrate_from(position, rate))
       return std::move(solved_);
     store_solution(position);
     return std::move(solved_);
+  }
+
+  LinearisedFreeMotion linearise() {
+    LinearisedFreeMotion result;
+    VectorX rate;
+    const bool is_found = begin(result.position, rate) && find_nearby_equilibrium(result.position);
+    result.outcome = solved_.outcome;
+    if (!is_found) return result;
+    const VectorX rest = VectorX::Zero(count_);
+    result.unit = unit_;
+    result.stiffness.resize(count_, count_);
+    result.damping.resize(count_, count_);
+    for (Eigen::Index k = 0; k < count_; ++k) {
+      const VectorX direction = unit_[k] * VectorX::Unit(count_, k);
+      const auto along_position = [&](double step) {
+        return accelerations_at_rest(result.position + step * direction, rest);
+      };
+      const auto along_rate = [&](double step) { return accelerations_at_rest(result.position, step * direction); };
+      result.stiffness.col(k) = differentiate(along_position) / unit_[k];
+      result.damping.col(k) = differentiate(along_rate) / unit_[k];
+    }
+    result.stiffness /= duration_ * duration_;
+    result.damping /= duration_;
+    if (!result.stiffness.allFinite() || !result.damping.allFinite())
+      result.outcome = {MotionStatus::unreachable, 0, "the motion about the equilibrium cannot be linearised", {}};
+    return result;
   }
 
  private:
@@ -201,6 +207,19 @@ class FreeMotionSolver {
       solved_.outcome.reason = "coordinates are neither driven, held nor free: " + list_names(mechanism, missing);
   }
 
+  /// Joints that are not prescribed might stick.
+  bool check_friction() {
+    for (const Friction& friction : solved_.mechanism.friction)
+      if ((friction.dry_friction(1) > 0 || friction.dry_friction(-1) > 0 || friction.static_limit(1) > 0 ||
+           friction.static_limit(-1) > 0) &&
+          (contains(free_.free, friction.coordinate) || !contains(driven_.coordinates, friction.coordinate)))
+        return fail(MotionStatus::mismatch, 0,
+                    "the dry friction of " + list_names(solved_.mechanism, {friction.coordinate}) +
+                        ", which is not driven, might make it stick: free coordinates go with dry friction of driven "
+                        "and held ones only ('control' has joints that stick)");
+    return true;
+  }
+
   /// Prescribed coordinates without an actuator get one, held ones first, until there are as many actuators as
   /// prescribed coordinates.
   bool choose_actuators() {
@@ -223,6 +242,53 @@ class FreeMotionSolver {
     mechanism.torque_distribution.reset();
     if (!added.empty()) note_ = "without an actuator, driven or held by a guide: " + list_names(mechanism, added);
     return true;
+  }
+
+  /// @param position, rate of the free coordinates at the start
+  bool begin(VectorX& position, VectorX& rate) {
+    solved_.outcome = driven_.outcome;
+    if (solved_.outcome.status == MotionStatus::mismatch) name_undriven_coordinates();
+    if (is_failed() || !check_friction() || !choose_actuators()) return false;
+    dynamics::ForwardOptions options;
+    options.preferred = driven_.coordinates;
+    dynamics_.emplace(solved_.mechanism, options);
+    const double length = characteristic_length(solved_.mechanism);
+    unit_.resize(count_), position.resize(count_), rate.setZero(count_);
+    for (Eigen::Index k = 0; k < count_; ++k) {
+      unit_[k] = coordinate(k).kind == CoordinateKind::length ? length : 1;
+      const CoordinateId id = free_.free[static_cast<std::size_t>(k)];
+      position[k] = driven_.start[id];
+      for (const CoordinateValue& value : free_.rate)
+        if (value.coordinate == id) rate[k] = value.value * duration_;
+    }
+    return true;
+  }
+
+  // Small motion.
+
+  /// NaN if there are none.
+  VectorX accelerations_at_rest(const VectorX& position, const VectorX& rate) {
+    VectorX acceleration;
+    if (!find_accelerations(0, Side::after, position, rate, acceleration, true))
+      return VectorX::Constant(count_, std::numeric_limits<double>::quiet_NaN());
+    return acceleration;
+  }
+
+  /// The derivative at zero.
+  template <class Function>
+  static VectorX differentiate(const Function& function) {
+    const auto difference = [&](double step) { return VectorX((function(step) - function(-step)) / (2 * step)); };
+    return (4 * difference(linearisation_step / 2) - difference(linearisation_step)) / 3;
+  }
+
+  bool find_nearby_equilibrium(VectorX& position) {
+    round_off_ = VectorX::Zero(count_);
+    value_ = position, rate_ = VectorX::Zero(count_);
+    acceleration_ = accelerations_at_rest(position, rate_);
+    if (!acceleration_.allFinite()) return fail_where_stopped();
+    measure_round_off(0, true);
+    if ((acceleration_.cwiseAbs().array() <= end_round_off_factor * round_off_.array()).all()) return true;
+    return find_equilibrium(position);
   }
 
   // Accelerations. A state is the free coordinates and their rates per duration, over the fraction s of the duration.
@@ -336,11 +402,11 @@ class FreeMotionSolver {
   }
 
   /// Raises round_off_ to what changes of the present state by units in the last place change of its accelerations.
-  void measure_round_off(double s) {
+  void measure_round_off(double s, bool is_at_rest = false) {
     const VectorX guess = guess_;
     for (const double change : {0x1p-51, -0x1p-51, 0x3p-51}) {
       const VectorX value = value_ * (1 + change) + unit_ * change, rate = rate_ * (1 + change);
-      if (find_accelerations(s, Side::after, value, rate, new_acceleration_))
+      if (find_accelerations(s, Side::after, value, rate, new_acceleration_, is_at_rest))
         round_off_ = round_off_.cwiseMax((new_acceleration_ - acceleration_).cwiseAbs());
       guess_ = guess;
     }
@@ -454,21 +520,25 @@ class FreeMotionSolver {
     const Eigen::Index n = state.size();
     VectorX value(n), shifted_value(n);
     double last_step_size = INFINITY;
+    bool is_slow = true;  // the matrix is kept while the steps become much shorter
+    Eigen::FullPivLU<MatrixX> solver;
     for (int iteration = 0; iteration < max_newton_iterations; ++iteration) {
       if (!residual(state, value)) return fail_where_stopped();
-      MatrixX jacobian(n, n);
-      for (Eigen::Index k = 0; k < n; ++k) {
-        VectorX shifted = state;
-        shifted[k] += difference_step * units[k];
-        if (!residual(shifted, shifted_value)) return fail_where_stopped();
-        jacobian.col(k) = (shifted_value - value) / difference_step;
+      if (is_slow) {
+        MatrixX jacobian(n, n);
+        for (Eigen::Index k = 0; k < n; ++k) {
+          VectorX shifted = state;
+          shifted[k] += difference_step * units[k];
+          if (!residual(shifted, shifted_value)) return fail_where_stopped();
+          jacobian.col(k) = (shifted_value - value) / difference_step;
+        }
+        solver.setThreshold(min_newton_pivot).compute(jacobian);
+        if (!solver.isInvertible())
+          return fail(MotionStatus::unreachable, 0, what + " found: nothing determines the free coordinates");
       }
-      Eigen::FullPivLU<MatrixX> solver(jacobian);
-      solver.setThreshold(min_newton_pivot);
-      if (!solver.isInvertible())
-        return fail(MotionStatus::unreachable, 0, what + " found: nothing determines the free coordinates");
       VectorX step = solver.solve(value);
       const double step_size = numerics::max_abs(step);
+      is_slow = step_size > fast_convergence * last_step_size;
       if (step_size > max_step) step *= max_step / step_size;
       state -= step.cwiseProduct(units);
       if (step_size <= newton_tolerance || (step_size <= accepted_newton_tolerance && step_size >= last_step_size / 2))
@@ -567,6 +637,12 @@ SolvedFreeMotion solve_free_motion(const Mechanism& mechanism, const Trajectory&
   if (!trajectory.free_motion) throw std::invalid_argument("the trajectory has no free coordinates");
   require_supported(mechanism, trajectory, *trajectory.free_motion);
   return FreeMotionSolver(mechanism, trajectory).solve();
+}
+
+LinearisedFreeMotion linearise_free_motion(const Mechanism& mechanism, const Trajectory& trajectory) {
+  if (!trajectory.free_motion) throw std::invalid_argument("the trajectory has no free coordinates");
+  require_supported(mechanism, trajectory, *trajectory.free_motion);
+  return FreeMotionSolver(mechanism, trajectory).linearise();
 }
 
 }  // namespace balance::simulation

@@ -188,7 +188,9 @@ ConditionsVerification verify_conditions(const Study& study) {
     const time_optimal::ResolvedTrajectory first =
         time_optimal::resolve_trajectory(mechanism, study.trajectories.front());
     start.outcome = first.outcome;
-    if (first.outcome.status == MotionStatus::done) start = find_natural_start(mechanism, first.trajectory);
+    if (first.outcome.status == MotionStatus::done)
+      start = first.trajectory.free_motion ? find_natural_start(mechanism)
+                                           : find_natural_start(mechanism, first.trajectory);
   }
   if (start.outcome.status != MotionStatus::done) start = find_natural_start(mechanism);  // conditions need no drive
   if (start.outcome.status != MotionStatus::done) return skip(start.outcome.reason);

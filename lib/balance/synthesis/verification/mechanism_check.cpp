@@ -207,7 +207,11 @@ class MechanismChecker {
 
   void check_actuators() {
     const dynamics::Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
-    if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
+    const auto& trajectories = study_.trajectories;
+    const bool is_partly_driven =
+        !trajectories.empty() && std::all_of(trajectories.begin(), trajectories.end(),
+                                             [](const Trajectory& motion) { return motion.free_motion.has_value(); });
+    if (!actuation.mismatch().empty() && !is_partly_driven) report_.notes.push_back(actuation.mismatch());
     report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
     if (start_equations_.drive.row_count() < report_.degrees_of_freedom)
       report_.notes.push_back("the start pose states " + std::to_string(start_equations_.drive.row_count()) +
@@ -235,6 +239,7 @@ CheckReport check_mechanism(const Study& study, const std::function<void(double)
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = trajectory::make_overflow_outcome(0, "the centre of mass", study.mechanism);
   report.rotors = list_rotor_unbalances(study);
+  report.vibrations = find_vibration_modes(study);
   for (const study::TemporaryPayload& payload : study.temporary_payloads)
     report.notes.push_back("payload '" + payload.name + "' is not always there; mass and centre of mass include it");
   return report;

@@ -5,6 +5,7 @@
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/verification/rotor_unbalance.hpp"
+#include "balance/synthesis/verification/vibration_modes.hpp"
 
 #include <functional>
 #include <string>
@@ -49,6 +50,7 @@ struct CheckReport {
   std::vector<AssemblyMode>
       modes;  ///< found at the start pose; large mechanisms have fewer random starts (a note says how many)
   std::vector<RotorUnbalance> rotors;  ///< with the payloads that come and go
+  std::vector<VibrationModes> vibrations;  ///< of trajectories with free coordinates
   std::vector<std::string> notes;
 };
 
