@@ -13,8 +13,6 @@ set(balance_warnings
     -Wduplicated-cond
     -Wlogical-op
     -Wextra-semi
-    -Wredundant-decls
-    -Wzero-as-null-pointer-constant
     -Wno-psabi # vectors wider than the baseline's registers stay inside an object
     -Wno-missing-field-initializers # structs are filled by name, and what is left out has its default
     # GCC 12 warns wrongly about concatenated std::strings (GCC bugs 105651, 105329)
