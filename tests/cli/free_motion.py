@@ -29,6 +29,30 @@ trajectories:
   swing: {{law: cycloidal, drive: joints, duration: 1, from: {{joints: {{R: 0}}}}, to: {{joints: {{R: 1}}}}, free: {free}, initial: {initial}}}
 """
 
+# A five-bar of which one crank is driven and the other hangs on a spring: the loop has several assembly modes.
+FIVE_BAR = """
+space: planar
+gravity: [0, -9.81]
+ground: {points: {A: [0, 0], E: [0.3, 0]}}
+bodies:
+  a: {mass: 1, com: [0.05, 0], inertia: 0.001, points: {A: [0, 0], B: [0.1, 0]}}
+  b: {mass: 1, com: [0.15, 0], inertia: 0.01, points: {B: [0, 0], C: [0.3, 0]}}
+  c: {mass: 1, com: [0.15, 0], inertia: 0.01, points: {C: [0, 0], D: [0.3, 0]}}
+  d: {mass: 1, com: [0.1, 0], inertia: 0.002, points: {D: [0, 0], E: [0.2, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.A, a.A]}
+  B: {type: revolute, connects: [a.B, b.B]}
+  C: {type: revolute, connects: [b.C, c.C]}
+  D: {type: revolute, connects: [c.D, d.D]}
+  E: {type: revolute, connects: [d.E, ground.E]}
+springs: {e: {joint: E, stiffness: 20, damping: 0.2, rest: 0.5}}
+actuators: [A]
+assembly: {A: 0.3, B: 0.6, C: -1.6, E: 0.5}
+trajectories:
+  run: {drive: joints, speed: {A: 6}, from: {joints: {A: 0.3}}, free: [E], initial: steady}
+  go:  {drive: joints, law: cubic, duration: 1, from: {joints: {A: 0.3}}, to: {joints: {A: 1.3}}, free: [E], initial: equilibrium}
+"""
+
 # A wheel inside a body that floats.
 SATELLITE = """
 space: spatial
@@ -145,6 +169,20 @@ class FreeMotion(Case):
                 first, second = (result[quantity] for result in results)
                 self.assertLess(np.abs(first - second).max(), 1e-9 * max(1, np.abs(first).max()), (name, quantity))
 
+    def test_loops_stay_in_their_assembly_mode(self):
+        spec = self.write("spec.yaml", FIVE_BAR)
+        for trajectory in ("run", "go"):
+            results = [self.result(spec, "--trajectory", trajectory, *formulation)
+                       for formulation in ((), ("--formulation", "natural"))]
+            first, second = (arrays["torque"] for _, _, arrays in results)
+            self.assertLess(np.abs(first - second).max(), 1e-9 * np.abs(first).max())
+            _, q, arrays = results[0]
+            if trajectory == "run":
+                self.assertLess(abs(q["E"][-1] - q["E"][0]), 1e-9)
+                self.assertLess(np.abs(arrays["torque"][-1] - arrays["torque"][0]).max(), 1e-7 * np.abs(first).max())
+            else:
+                self.assertLess(abs(arrays["joint_velocity"][0]).max(), 1e-9)
+
     def test_check_compares_the_formulations(self):
         for name in (CART, ARM, SHAFT, FRAME):
             done = run("check", "--verify", os.path.join(CONFIGS, name))
@@ -232,6 +270,11 @@ class FreeMotion(Case):
         text = run("check", os.path.join(CONFIGS, FRAME)).stdout
         self.assertIn("2.63888 Hz, damping ratio 0.1395", " ".join(text.split()))
 
+    def test_the_range_of_a_free_coordinate_does_not_depend_on_the_samples(self):
+        for samples in ("2", "1001"):
+            done = run("simulate", os.path.join(CONFIGS, CART), "--trajectory", "move", "--samples", samples)
+            self.assertIn("P from -0.5426", done.stdout + done.stderr)
+
     def test_what_cannot_be_left_free(self):
         refused = [
             (FRAME, (("free: .F.x, F.y., hold: .F.angle., initial: steady", "free: [F.x], initial: steady"),), "run",
@@ -246,6 +289,7 @@ class FreeMotion(Case):
             (CART, (("initial: equilibrium", "initial: resting"),), "hangs", "rest"),
             (ARM, (("free: .F.x, F.y, F.angle.", "free: [F.x, F.y, F.angle], initial: equilibrium"),), "reach", "no equilibrium found"),
             (ARM, (("free: .F.x, F.y, F.angle.", "free: [F.x, F.y, F.angle], initial: steady"),), "reach", "no periodic motion found"),
+            (SHAFT, (("stiffness: 25", "stiffness: 25e9"),), "turn", "too fast for the length of the run"),
             (CART, (("trajectories:", "payloads: {load: {body: bob, at: [0, -0.3], mass: 1, from: 0.5}}\ntrajectories:"),), "move",
              "payloads are taken up or set down"),
         ]

@@ -17,6 +17,7 @@ class ForwardDynamics::Implementation {
  public:
   virtual ~Implementation() = default;
   virtual MotionOutcome set(double time, const VectorX& position, const VectorX& velocity) = 0;
+  virtual bool move(double time, const VectorX& position, const VectorX& rate) = 0;
   virtual EquationOfMotion equation() = 0;
   virtual TreeEquation tree_equation() = 0;
   virtual Transformation transformation() = 0;
@@ -54,14 +55,20 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
       rates[k] = dy_[loop_dynamics_.independent()[k]];
     }
     outcome = check_mass_matrix(mechanism_, loop_dynamics_, time_, dy_.data());
-    if (outcome.status != MotionStatus::done) return outcome;
-    loop_dynamics_.compute_tree_terms(time_, dy_.data());
-    loop_dynamics_.reduce_to_independent();
-    compute_origin_velocities(loop_dynamics_.tree(), dy_.data(), loop_dynamics_.state());
-    VectorX ignored;
-    to_joint_coordinates(mechanism_, loop_dynamics_.tree(), loop_dynamics_.state(), y_.data(), dy_.data(), ddy_.data(),
-                         position, velocity, ignored);
+    if (outcome.status == MotionStatus::done) evaluate();
     return outcome;
+  }
+
+  bool move(double time, const VectorX& q, const VectorX& rate) override {
+    time_ = time;
+    for (int k = 0; k < freedoms; ++k) {
+      y_[loop_dynamics_.independent()[k]] = q[k];
+      dy_[loop_dynamics_.independent()[k]] = rate[k];
+    }
+    if (!loop_dynamics_.solve_dependent(time, y_.data(), dy_.data())) return false;
+    rates = rate;
+    evaluate();
+    return true;
   }
 
   EquationOfMotion equation() override {
@@ -109,6 +116,15 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
   }
 
  private:
+  void evaluate() {
+    loop_dynamics_.compute_tree_terms(time_, dy_.data());
+    loop_dynamics_.reduce_to_independent();
+    compute_origin_velocities(loop_dynamics_.tree(), dy_.data(), loop_dynamics_.state());
+    VectorX ignored;
+    to_joint_coordinates(mechanism_, loop_dynamics_.tree(), loop_dynamics_.state(), y_.data(), dy_.data(), ddy_.data(),
+                         position, velocity, ignored);
+  }
+
   RowMajor C() const { return {loop_dynamics_.transformation().data(), loop_dynamics_.columns(), freedoms}; }
   VectorX tree_bias() const {
     return Eigen::Map<const VectorX>(loop_dynamics_.transformation_bias().data(), loop_dynamics_.columns());
@@ -157,6 +173,10 @@ MotionOutcome ForwardDynamics::set_state(double time, const VectorX& position, c
   return implementation_->set(time, position, velocity);
 }
 int ForwardDynamics::freedoms() const { return implementation_->freedoms; }
+bool ForwardDynamics::move_to(double time, const VectorX& position, const VectorX& rate) {
+  return implementation_->move(time, position, rate);
+}
+
 const std::vector<CoordinateId>& ForwardDynamics::independent() const { return implementation_->independent; }
 const std::vector<CoordinateId>& ForwardDynamics::tree() const { return implementation_->tree; }
 const VectorX& ForwardDynamics::position() const { return implementation_->position; }

@@ -1,5 +1,6 @@
 #include "balance/motion/simulation/free_motion.hpp"
 
+#include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/chebyshev_series.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
@@ -37,7 +38,7 @@ constexpr double coefficient_tolerance = 1e-13;       // of a panel's last coeff
 constexpr double min_panel_fraction = 1e-9;           // of the duration: shorter panels mean that the motion breaks off
 constexpr double min_resolved_panel_fraction = 1e-7;  // shorter panels need not converge
 constexpr double round_off_factor = 32;  // of the accelerations' measured round-off: differences below count as zero
-constexpr std::size_t max_panels = 100'000;
+constexpr std::size_t max_panels = 20'000, min_judged_panels = 200;
 constexpr double breakpoint_tolerance = 1e-12;  // of the duration
 constexpr int max_newton_iterations = 30;
 constexpr double newton_tolerance = 1e-12, accepted_newton_tolerance = 1e-9;  // relative to the units of the state
@@ -317,11 +318,28 @@ class FreeMotionSolver {
       prescribed_[c] = 0;
     }
     if (!position_.allFinite() || !velocity_.allFinite()) return stop(time, "it grows beyond all bounds");
-    const MotionOutcome outcome = dynamics_->set_state(time, position_, velocity_);
-    if (outcome.status != MotionStatus::done) return stop(time, outcome.reason);
-    if (!check_independent(time)) return false;
+    if (!move_near(time) && !set_state(time)) return false;
     guess_ = dynamics_->position();
     return solve_equation(time, acceleration);
+  }
+
+  /// From the latest state, unless the guess is elsewhere.
+  bool move_near(double time) {
+    if (!is_set_) return false;
+    const std::vector<CoordinateId>& independent = dynamics_->independent();
+    VectorX position(static_cast<Eigen::Index>(independent.size())), rate(position.size());
+    for (Eigen::Index k = 0; k < position.size(); ++k) {
+      const CoordinateId c = independent[static_cast<std::size_t>(k)];
+      position[k] = position_[c], rate[k] = velocity_[c];
+    }
+    return dynamics_->move_to(time, position, rate);
+  }
+
+  bool set_state(double time) {
+    const MotionOutcome outcome = dynamics_->set_state(time, position_, velocity_);
+    is_set_ = outcome.status == MotionStatus::done;
+    if (!is_set_) return stop(time, outcome.reason);
+    return check_independent(time);
   }
 
   bool solve_equation(double time, VectorX& acceleration) {
@@ -389,13 +407,15 @@ class FreeMotionSolver {
   /// @param rate per duration
   bool integrate_from(const VectorX& position, const VectorX& rate) {
     panels_.clear();
-    guess_.resize(0);
+    last_length_ = 1;
+    guess_ = start_guess_;
+    is_set_ = false;
     value_ = position, rate_ = rate;
     scale_ = round_off_ = VectorX::Zero(count_);
     const std::vector<double> breakpoints = list_breakpoints();
     for (std::size_t b = 0; b + 1 < breakpoints.size(); ++b) {
       if (!find_accelerations(breakpoints[b], Side::after, value_, rate_, acceleration_)) return fail_where_stopped();
-      if (b == 0) start_acceleration_ = acceleration_;
+      if (b == 0) start_acceleration_ = acceleration_, start_guess_ = guess_;
       if (!extend(breakpoints[b], breakpoints[b + 1])) return fail_where_stopped();
     }
     return true;
@@ -413,22 +433,38 @@ class FreeMotionSolver {
   }
 
   bool extend(double begin, double end) {
-    double length = end - begin;
+    double length = std::min(end - begin, last_length_), limit = end - begin;
     while (begin < end) {
       length = std::min(length, end - begin);
       const double next = end - begin - length < min_panel_fraction ? end : begin + length;
       measure_round_off(begin);
-      if (panels_.size() >= max_panels)
+      const auto done = static_cast<double>(panels_.size());
+      if (panels_.size() >= min_judged_panels && done > begin * static_cast<double>(max_panels))
         return stop(begin * duration_, "it is too fast for the length of the run (stiff springs)");
       if (add_panel(begin, next)) {
         begin = next;
-        length *= 2;
-      } else if ((length /= 2) < min_panel_fraction) {
-        if (stop_reason_.empty()) stop(begin * duration_, "its steps became too short");
-        return false;
+        last_length_ = length;
+        limit *= 1.05;
+        length = std::min(limit, length * std::clamp(find_length_ratio(), 1.0, 1.5));
+        continue;
       }
+      if (truncation_ > 0) {
+        length *= std::clamp(find_length_ratio(), 0.3, 0.9);
+      } else {  // the iteration does not converge
+        length /= 2;
+        limit = length;
+      }
+      if (length >= min_panel_fraction) continue;
+      if (stop_reason_.empty()) stop(begin * duration_, "its steps became too short");
+      return false;
     }
     return true;
+  }
+
+  /// By which the length of a panel can change for its series to be as accurate as required.
+  double find_length_ratio() const {
+    if (truncation_ == 0) return 1.2;
+    return 0.9 * elementary::pow(coefficient_tolerance / truncation_, 1.0 / (panel_terms - 2));
   }
 
   struct SolutionPanel {
@@ -449,6 +485,7 @@ class FreeMotionSolver {
   /// Picard iteration on the accelerations at the Chebyshev points.
   bool add_panel(double begin, double end) {
     stop_reason_.clear();
+    truncation_ = 0;
     const VectorX guess = guess_;
     Samples accelerations = acceleration_.transpose().replicate(panel_terms, 1), previous;
     double last_change = INFINITY;
@@ -491,14 +528,14 @@ class FreeMotionSolver {
 
   bool restore(const VectorX& guess) {
     guess_ = guess;
+    is_set_ = false;
     return false;
   }
 
   bool accept_panel(double begin, double end, const Samples& accelerations, const VectorX& guess) {
     SolutionPanel panel = integrate_panel(begin, end, accelerations);
-    if (end - begin > min_resolved_panel_fraction &&
-        relative_size(panel.acceleration.coefficients.bottomRows(3), accelerations) > coefficient_tolerance)
-      return restore(guess);
+    truncation_ = relative_size(panel.acceleration.coefficients.bottomRows(3), accelerations);
+    if (end - begin > min_resolved_panel_fraction && truncation_ > coefficient_tolerance) return restore(guess);
     const auto end_of = [](const Panel& p) { return VectorX(p.coefficients.colwise().sum().transpose()); };
     const VectorX value = end_of(panel.value), rate = end_of(panel.rate);
     if (!find_accelerations(end, Side::before, value, rate, new_acceleration_)) return restore(guess);
@@ -556,6 +593,7 @@ class FreeMotionSolver {
           VectorX acceleration;
           if (!find_accelerations(0, Side::after, state, rest, acceleration, true)) return false;
           value = acceleration.cwiseQuotient(unit_);
+          start_guess_ = guess_;
           return true;
         },
         "no equilibrium");
@@ -605,6 +643,9 @@ class FreeMotionSolver {
           if (value.coordinate == id) value.value = start[k];
       solved_.mechanism.actuators.push_back(id);
     }
+    solved_.mechanism.assembly.clear();  // in the assembly mode of the solution
+    for (Eigen::Index c = 0; c < start_guess_.size(); ++c)
+      solved_.mechanism.assembly.push_back({static_cast<int>(c), start_guess_[c]});
     solved_.outcome = {MotionStatus::done, duration_, "", {}};
     if (!note_.empty()) solved_.outcome.notes.push_back(note_);
   }
@@ -615,17 +656,23 @@ class FreeMotionSolver {
   double duration_;
   Eigen::Index count_;
   std::optional<dynamics::ForwardDynamics> dynamics_;
+  bool is_set_ = false;  ///< dynamics_ has a state near the guess
   std::size_t actuator_count_ = 0;
   std::string note_;
   VectorX unit_;  ///< per free coordinate: the characteristic length or 1
 
   trajectory::DriveSample sample_;
-  VectorX guess_, position_, velocity_, prescribed_;  ///< per coordinate of the mechanism
+  // per coordinate of the mechanism
+  VectorX guess_;        ///< at the latest state; empty: none yet
+  VectorX start_guess_;  ///< at the start
+  VectorX position_, velocity_, prescribed_;
   bool is_mismatch_ = false;
   double stop_time_ = 0;
   std::string stop_reason_;
 
   std::vector<SolutionPanel> panels_;
+  double last_length_ = 1;  ///< of a panel
+  double truncation_ = 0;   ///< last coefficients of the latest panel, relative to the accelerations; 0: round-off
   VectorX value_, rate_, acceleration_, new_acceleration_, start_acceleration_;  ///< per free coordinate
   VectorX scale_;                                                                ///< the largest accelerations so far
   VectorX round_off_;                                                            ///< of accelerations

@@ -52,10 +52,15 @@ std::string leave_out_free_coordinates(std::size_t free, RunResult& result,
   return text;
 }
 
-/// "B from -0.1 to 0.73 rad"
+/// "B from -0.1 to 0.73 rad", at all times that were visited.
 std::string describe_range(const RunResult& result, CoordinateId coordinate) {
   const auto column = static_cast<Eigen::Index>(coordinate);
-  const VectorX values = result.joint_position.col(column);
+  VectorX values = result.joint_position.col(column);
+  if (result.intermediate) {
+    const auto rows = static_cast<Eigen::Index>(result.intermediate->next_sample.size());
+    values.conservativeResize(values.size() + rows);
+    values.tail(rows) = result.intermediate->rows.joint_position.col(column).head(rows);
+  }
   const double round_off = column_round_off(result, &RunResult::joint_position, column);
   char range[80];
   std::snprintf(range, sizeof range, " from %.6g to %.6g ",

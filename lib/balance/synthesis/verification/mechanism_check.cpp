@@ -187,7 +187,7 @@ class MechanismChecker {
     for (; tried < report_.modes.size() && runs > 0; ++tried) {
       AssemblyMode& mode = report_.modes[tried];
       for (const Trajectory& trajectory : trajectories) {
-        runs -= is_mechanism_dependent(trajectory) ? optimised_run_work : 1;
+        runs -= is_mechanism_dependent(trajectory) || trajectory.free_motion ? optimised_run_work : 1;
         const MotionOutcome outcome = simulation::find_outcome_in_mode(mechanism_, trajectory, mode.coordinates);
         if (outcome.status == MotionStatus::done) mode.motions.push_back(trajectory.name);
         if (tried == 0) selected.push_back(outcome);
