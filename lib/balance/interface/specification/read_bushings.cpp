@@ -50,7 +50,7 @@ void add_elements(const std::string& joint, std::size_t first, bool is_angle, co
       model::FrictionOf<Expression> damper;
       damper.coordinate = coordinate;
       damper.viscous = numbers.damping[k];
-      draft.dampers.push_back(std::move(damper));
+      draft.dampers.push_back(damper);
     }
   }
 }
@@ -112,11 +112,11 @@ void read_bushings(const SpecCursor& section, StudyBuilder& draft) {
 void add_dampers(StudyBuilder& draft) {
   auto& mechanism = draft.mechanism();
   for (auto& spring : draft.added_springs) mechanism.springs.push_back(std::move(spring));
-  for (auto& damper : draft.dampers) {
+  for (const auto& damper : draft.dampers) {
     const auto same = std::find_if(mechanism.friction.begin(), mechanism.friction.end(),
                                    [&](const auto& friction) { return friction.coordinate == damper.coordinate; });
     if (same == mechanism.friction.end())
-      mechanism.friction.push_back(std::move(damper));
+      mechanism.friction.push_back(damper);
     else
       same->viscous = same->viscous + damper.viscous;
   }

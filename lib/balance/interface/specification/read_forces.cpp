@@ -215,7 +215,7 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
   model::FrictionOf<Expression> damper;
   damper.coordinate = spring.coordinate;
   read(keys.damping, damper.viscous, force / displacement * dimension::time, SignConstraint::not_negative);
-  draft.dampers.push_back(std::move(damper));
+  draft.dampers.push_back(damper);
 }
 
 /// Dry friction: one number for both directions, or {forward, backward}.

@@ -34,7 +34,8 @@ std::vector<JointStep> list_joint_displacements(const Joint& joint) {
     case JointType::universal: return {rotation(u, 0), rotation(v, 1)};
     case JointType::spherical: return {rotation(x, 0), rotation(y, 1), rotation(z, 2)};
     case JointType::planar: return {slide(v, 0), slide(u.cross(v), 1), rotation(u, 2)};
-    case JointType::free: return {slide(x, 0), slide(y, 1), slide(z, 2), rotation(x, 3), rotation(y, 4), rotation(z, 5)};
+    case JointType::free:
+      return {slide(x, 0), slide(y, 1), slide(z, 2), rotation(x, 3), rotation(y, 4), rotation(z, 5)};
     case JointType::rolling_disc:
       return {slide(v, 0),
               slide(u.cross(v), 1),

@@ -307,7 +307,8 @@ std::vector<JointStep> list_joint_steps(const model::JointOf<Expression>& joint)
     case JointType::universal: return {{true, u, 0}, {true, v, 1}};
     case JointType::spherical: return {{true, x, 0}, {true, y, 1}, {true, z, 2}};
     case JointType::planar: return {{false, v, 0}, {false, u.cross(v), 1}, {true, u, 2}};
-    case JointType::free: return {{false, x, 0}, {false, y, 1}, {false, z, 2}, {true, x, 3}, {true, y, 4}, {true, z, 5}};
+    case JointType::free:
+      return {{false, x, 0}, {false, y, 1}, {false, z, 2}, {true, x, 3}, {true, y, 4}, {true, z, 5}};
     case JointType::rolling_disc:
       return {{false, v, 0}, {false, u.cross(v), 1}, {true, u, 2}, {true, v, 3, true}, {true, u.cross(v), 4}};
     case JointType::rolling_sphere:
@@ -470,7 +471,8 @@ class SymbolicTreeBuilder {
       axes(1, 0) = joint.axis.y(), axes(0, 1) = -joint.axis.y();
       return decompose_rotation(axes);
     }
-    if (joint.type == JointType::spherical || joint.type == JointType::fixed || joint.type == JointType::free) return {};
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed || joint.type == JointType::free)
+      return {};
     if (joint.type == JointType::universal || joint.type == JointType::planar) {
       axes << joint.axis2, joint.axis.cross(joint.axis2), joint.axis;
       return decompose_rotation(axes);

@@ -49,7 +49,7 @@ struct CheckReport {
   std::vector<double> start;      ///< coordinates at the start pose
   std::vector<AssemblyMode>
       modes;  ///< found at the start pose; large mechanisms have fewer random starts (a note says how many)
-  std::vector<RotorUnbalance> rotors;  ///< with the payloads that come and go
+  std::vector<RotorUnbalance> rotors;      ///< with the payloads that come and go
   std::vector<VibrationModes> vibrations;  ///< of trajectories with free coordinates
   std::vector<std::string> notes;
 };

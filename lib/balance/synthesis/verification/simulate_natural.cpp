@@ -81,10 +81,9 @@ RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& traject
     return simulate_natural(adapted.mechanism, adapted.trajectory, progress);
   }
   if (trajectory.free_motion)
-    return simulation::run_free_motion(mechanism, trajectory,
-                                       [&](const Mechanism& solved, const Trajectory& motion) {
-                                         return simulate_natural(solved, motion, progress);
-                                       });
+    return simulation::run_free_motion(mechanism, trajectory, [&](const Mechanism& solved, const Trajectory& motion) {
+      return simulate_natural(solved, motion, progress);
+    });
   return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
     const NaturalStart start = find_natural_start(mechanism, resolved);
     if (start.outcome.status == MotionStatus::done) return NaturalRun(mechanism, resolved, start.start, progress).run();
