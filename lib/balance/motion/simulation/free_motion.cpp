@@ -395,7 +395,7 @@ class FreeMotionSolver {
       times.insert(times.end(), more.begin(), more.end());
     for (const Load& load : solved_.mechanism.loads) times.insert(times.end(), load.time.begin(), load.time.end());
     std::sort(times.begin(), times.end());
-    std::vector<double> breakpoints{0};
+    std::vector<double> breakpoints(1, 0.0);
     for (const double time : times)
       if (const double s = time / duration_;
           s > breakpoints.back() + breakpoint_tolerance && s < 1 - breakpoint_tolerance)
