@@ -29,13 +29,9 @@ std::vector<Expression> read_directions(const SpecCursor& at, StudyBuilder& draf
 
 void add_elements(const std::string& joint, std::size_t first, bool is_angle, const BushingNumbers& numbers,
                   StudyBuilder& draft) {
-  const auto& coordinates = draft.mechanism().coordinates;
-  const auto start = static_cast<std::size_t>(
-      std::find_if(coordinates.begin(), coordinates.end(),
-                   [&](const Coordinate& c) {
-                     return draft.mechanism().joints[static_cast<std::size_t>(c.joint)].name == joint;
-                   }) -
-      coordinates.begin());
+  const int x = draft.coordinates.find(draft.mechanism().coordinates, joint + ".x");
+  if (x < 0) throw CascadingError();  // another joint has the name
+  const auto start = static_cast<std::size_t>(x);
   for (std::size_t k = 0; k < std::max(numbers.stiffness.size(), numbers.damping.size()); ++k) {
     const auto coordinate = static_cast<CoordinateId>(static_cast<int>(start + first + k));
     if (k < numbers.stiffness.size()) {
@@ -103,9 +99,7 @@ void read_bushings(const SpecCursor& section, StudyBuilder& draft) {
     });
     mechanism.joints.push_back(std::move(joint));
   }
-  std::vector<Joint> types;
-  for (const auto& joint : mechanism.joints) types.push_back({.name = joint.name, .type = joint.type});
-  mechanism.coordinates = list_coordinates(mechanism.space, types);
+  list_joint_coordinates(draft);
   for (const Member& member : members) draft.problems.collect([&] { read_elements(member.value, member.name, draft); });
 }
 

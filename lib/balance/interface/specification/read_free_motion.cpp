@@ -16,6 +16,10 @@ bool contains(const std::vector<CoordinateId>& list, CoordinateId coordinate) {
   return std::find(list.begin(), list.end(), coordinate) != list.end();
 }
 
+std::string quote_name(CoordinateId coordinate, const StudyBuilder& draft) {
+  return quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name);
+}
+
 /// A list of coordinates that the trajectory does not drive.
 std::vector<CoordinateId> read_undriven(const SpecCursor& at, const char* key, StudyBuilder& draft,
                                         const TrajectoryOf<Expression>& trajectory) {
@@ -85,9 +89,7 @@ std::vector<model::CoordinateValueOf<Expression>> read_initial(const SpecCursor&
   values = read_coordinate_values(*joints, draft);
   for (const auto& value : values)
     if (!contains(motion.free, value.coordinate) && !contains(motion.held, value.coordinate))
-      joints->fail(
-          {.expected = "values of free or held coordinates",
-           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(value.coordinate)].name)});
+      joints->fail({.expected = "values of free or held coordinates", .found = quote_name(value.coordinate, draft)});
   return values;
 }
 
@@ -106,15 +108,11 @@ void read_free_motion(const FreeMotionKeys& keys, StudyBuilder& draft, Trajector
   if (motion.free.empty()) keys.free->fail_expected("at least one free coordinate");
   for (const CoordinateId coordinate : motion.free)
     if (contains(draft.mechanism().actuators, coordinate))
-      keys.free->fail(
-          {.expected = "coordinates without an actuator",
-           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name)});
+      keys.free->fail({.expected = "coordinates without an actuator", .found = quote_name(coordinate, draft)});
   if (keys.hold) motion.held = read_undriven(*keys.hold, "hold", draft, trajectory);
   for (const CoordinateId coordinate : motion.held)
     if (contains(motion.free, coordinate))
-      keys.hold->fail(
-          {.expected = "coordinates that are not free",
-           .found = quote_for_message(draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].name)});
+      keys.hold->fail({.expected = "coordinates that are not free", .found = quote_name(coordinate, draft)});
   std::vector<model::CoordinateValueOf<Expression>> stated;
   if (keys.initial) stated = read_initial(*keys.initial, draft, motion);
   add_start_values(stated, draft, motion, trajectory);

@@ -307,9 +307,7 @@ void read_joints(const SpecCursor& section, StudyBuilder& draft) {
       draft.mechanism().joints.push_back(std::move(joint));
     }
     check_coordinates(members, draft);
-    std::vector<Joint> types;
-    for (const auto& joint : draft.mechanism().joints) types.push_back({.name = joint.name, .type = joint.type});
-    draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, types);
+    list_joint_coordinates(draft);
     couple_wheels(radii, draft);
   });
 }

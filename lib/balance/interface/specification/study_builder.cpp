@@ -197,6 +197,12 @@ CoordinateId read_coordinate(const SpecCursor& at, const StudyBuilder& draft) {
   return find_coordinate(at, at.read_word("a joint coordinate's name"), draft);
 }
 
+void list_joint_coordinates(StudyBuilder& draft) {
+  std::vector<Joint> types;
+  for (const auto& joint : draft.mechanism().joints) types.push_back({.name = joint.name, .type = joint.type});
+  draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, types);
+}
+
 std::vector<model::CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft) {
   std::vector<model::CoordinateValueOf<Expression>> values;
   for (const Member& member : list_members(at, "a mapping of joint coordinates to values")) {

@@ -186,6 +186,8 @@ model::CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, S
                                                          const Dimension& follower);
 /// Whether a mapping's `follows` has ratios of its own; its `ratio` is then a common factor.
 bool has_several_leaders(const SpecCursor& map);
+/// Lists the coordinates of the joints read so far.
+void list_joint_coordinates(StudyBuilder& draft);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
 std::vector<model::CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
 

@@ -8,7 +8,6 @@
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
-#include "balance/mechanics/trajectory/path_offsets.hpp"
 
 #include <Eigen/LU>
 
@@ -197,12 +196,15 @@ class FreeMotionSolver {
       solver.setThreshold(min_newton_pivot);
       return solver.rank();
     };
-    for (std::size_t c = 0; c < mechanism.coordinates.size() && rank_of(chosen) < rates.cols(); ++c) {
+    Eigen::Index rank = rank_of(chosen);
+    for (std::size_t c = 0; c < mechanism.coordinates.size() && rank < rates.cols(); ++c) {
       chosen.push_back(static_cast<int>(c));
-      if (rank_of(chosen) > rank_of({chosen.begin(), chosen.end() - 1}))
+      if (rank_of(chosen) > rank) {
         missing.push_back(static_cast<int>(c));
-      else
+        ++rank;
+      } else {
         chosen.pop_back();
+      }
     }
     if (!missing.empty())
       solved_.outcome.reason = "coordinates are neither driven, held nor free: " + list_names(mechanism, missing);
@@ -239,7 +241,6 @@ class FreeMotionSolver {
         mechanism.actuators.push_back(candidate);
         added.push_back(candidate);
       }
-    actuator_count_ = mechanism.actuators.size();
     mechanism.torque_distribution.reset();
     if (!added.empty()) note_ = "without an actuator, driven or held by a guide: " + list_names(mechanism, added);
     return true;
@@ -337,9 +338,12 @@ class FreeMotionSolver {
 
   bool set_state(double time) {
     const MotionOutcome outcome = dynamics_->set_state(time, position_, velocity_);
-    is_set_ = outcome.status == MotionStatus::done;
-    if (!is_set_) return stop(time, outcome.reason);
-    return check_independent(time);
+    if (outcome.status != MotionStatus::done) {
+      is_set_ = false;
+      return stop(time, outcome.reason);
+    }
+    is_set_ = check_independent(time);
+    return is_set_;
   }
 
   bool solve_equation(double time, VectorX& acceleration) {
@@ -657,7 +661,6 @@ class FreeMotionSolver {
   Eigen::Index count_;
   std::optional<dynamics::ForwardDynamics> dynamics_;
   bool is_set_ = false;  ///< dynamics_ has a state near the guess
-  std::size_t actuator_count_ = 0;
   std::string note_;
   VectorX unit_;  ///< per free coordinate: the characteristic length or 1
 

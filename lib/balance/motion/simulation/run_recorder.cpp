@@ -3,6 +3,7 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/free_motion.hpp"
 #include "balance/motion/simulation/payload_events.hpp"
@@ -137,12 +138,12 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
   return result;
 }
 
-RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajectory,
-                          const std::function<RunResult(const Mechanism& mechanism, const Trajectory& solved)>& run) {
-  check_timing(trajectory);
+namespace {
+
+RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajectory, const Run& run) {
   const SolvedFreeMotion solved = solve_free_motion(mechanism, trajectory);
   if (solved.outcome.status != MotionStatus::done) return without_samples(solved.outcome);
-  RunResult result = run(solved.mechanism, solved.trajectory);
+  RunResult result = run_resolved(solved.mechanism, solved.trajectory, run);
   if (result.outcome.status != MotionStatus::done) return result;
   std::vector<std::string> notes = solved.outcome.notes;
   std::string ranges;
@@ -153,12 +154,18 @@ RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajecto
   return result;
 }
 
-RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
-                       const std::function<RunResult(const Trajectory& resolved)>& run) {
+}  // namespace
+
+RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory, const Run& run) {
+  if (!trajectory.adaptations.empty()) {
+    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
+    return run_resolved(adapted.mechanism, adapted.trajectory, run);
+  }
   check_timing(trajectory);
+  if (trajectory.free_motion) return run_free_motion(mechanism, trajectory, run);
   const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
   if (resolved.outcome.status != MotionStatus::done) return without_samples(resolved.outcome);
-  RunResult result = run(resolved.trajectory);
+  RunResult result = run(mechanism, resolved.trajectory);
   result.optimised_law = resolved.optimised_law;
   result.corridor_result = resolved.corridor;
   result.phase_plane.mvc_path_parameter = resolved.phase_plane.mvc_path_parameter;

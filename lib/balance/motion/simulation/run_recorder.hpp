@@ -39,12 +39,11 @@ class RunRecorder {
   const Progress& progress_;
 };
 
-/// Runs along a trajectory with free coordinates once their motion has been found.
-RunResult run_free_motion(const Mechanism& mechanism, const Trajectory& trajectory,
-                          const std::function<RunResult(const Mechanism& mechanism, const Trajectory& solved)>& run);
+using Run = std::function<RunResult(const Mechanism& mechanism, const Trajectory& trajectory)>;
 
-/// Runs along a trajectory once its law, momentum and path have been found, and adds what was found to the result.
-RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
-                       const std::function<RunResult(const Trajectory& resolved)>& run);
+/// Runs along a trajectory once its counterweights that move are modelled, the motion of its free coordinates and its
+/// law, momentum and path have been found, and adds what was found to the result.
+/// @param run of the mechanism and the trajectory that this leads to
+RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory, const Run& run);
 
 }  // namespace balance::simulation

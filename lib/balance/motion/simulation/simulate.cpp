@@ -3,7 +3,6 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/dynamics/term_magnitude_recorder.hpp"
 #include "balance/mechanics/results/round_off.hpp"
-#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/motion/simulation/group_stepper.hpp"
 #include "balance/motion/simulation/run_recorder.hpp"
 
@@ -86,17 +85,9 @@ class SimulationRun : public RunRecorder {
 }  // namespace
 
 RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
-  if (!trajectory.adaptations.empty()) {
-    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
-    return simulate(adapted.mechanism, adapted.trajectory, progress);
-  }
-  if (trajectory.free_motion)
-    return run_free_motion(mechanism, trajectory, [&](const Mechanism& solved, const Trajectory& motion) {
-      return simulate(solved, motion, progress);
-    });
-  return run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-    return kinematics::dispatch_space(
-        mechanism.space, [&]<class S>(S) { return SimulationRun<S>(mechanism, resolved, progress).run(); });
+  return run_resolved(mechanism, trajectory, [&](const Mechanism& modelled, const Trajectory& resolved) {
+    return kinematics::dispatch_space(modelled.space,
+                                      [&]<class S>(S) { return SimulationRun<S>(modelled, resolved, progress).run(); });
   });
 }
 

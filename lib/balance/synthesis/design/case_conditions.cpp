@@ -71,7 +71,7 @@ class CaseConditions {
     return conditions::derive_modular_conditions(part, out_.goals, options);
   }
 
-  /// The singular values of all cases are those of the least clear rank.
+  /// The singular values of all cases are those with the smallest gap.
   void add_figures(const Conditions& one) {
     if (cases_.size() == 1) {
       out_.min_kept_singular_value = one.min_kept_singular_value;

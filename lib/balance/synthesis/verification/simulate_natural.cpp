@@ -2,7 +2,6 @@
 
 #include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
-#include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/motion/simulation/run_recorder.hpp"
 #include "balance/synthesis/verification/natural_motion_source.hpp"
 
@@ -76,17 +75,9 @@ RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& traject
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (has_velocity_constraints(mechanism))
     throw std::invalid_argument("natural coordinates do not support constraints on speeds");
-  if (!trajectory.adaptations.empty()) {
-    const trajectory::AdaptedMotion adapted = model_adaptations(mechanism, trajectory);
-    return simulate_natural(adapted.mechanism, adapted.trajectory, progress);
-  }
-  if (trajectory.free_motion)
-    return simulation::run_free_motion(mechanism, trajectory, [&](const Mechanism& solved, const Trajectory& motion) {
-      return simulate_natural(solved, motion, progress);
-    });
-  return simulation::run_resolved(mechanism, trajectory, [&](const Trajectory& resolved) {
-    const NaturalStart start = find_natural_start(mechanism, resolved);
-    if (start.outcome.status == MotionStatus::done) return NaturalRun(mechanism, resolved, start.start, progress).run();
+  return simulation::run_resolved(mechanism, trajectory, [&](const Mechanism& modelled, const Trajectory& resolved) {
+    const NaturalStart start = find_natural_start(modelled, resolved);
+    if (start.outcome.status == MotionStatus::done) return NaturalRun(modelled, resolved, start.start, progress).run();
     RunResult result;
     result.outcome = start.outcome;
     return result;
