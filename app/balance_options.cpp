@@ -54,7 +54,9 @@ const std::vector<std::string> excludable_sections = {"friction", "loads",      
 
 void add_goal_options(CLI::App& parser, GoalOptions& o) {
   CLI::Option* goal = parser.add_option(
-      "-g,--goal", o.goals, fmt::format("{}; repeat to require several", fmt::join(study::goal_names(), ", ")));
+      "-g,--goal", o.goals,
+      fmt::format("{}, or an order as in \"order 2 of shaking_force along run\"; repeat to require several",
+                  fmt::join(study::goal_names(), ", ")));
   suggest_words(goal->type_name("GOAL")->allow_extra_args(false), study::goal_names());
   CLI::Option* strategy =
       parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain separately");
@@ -70,7 +72,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
-    if (const auto mistake = study::find_goal_mistake(name, study.mechanism))
+    if (const auto mistake = study::find_goal_mistake(name, study.mechanism, study.trajectories))
       throw UsageError(fmt::format("--goal {}: {}", quote_for_message(name), mistake->sentence()));
     const Goal goal = study::find_goal(name).value();
     if (std::find(goals.begin(), goals.end(), goal) == goals.end()) goals.push_back(goal);

@@ -35,7 +35,7 @@ set_source_files_properties(
 
 balance_part(core
   ROOMS foundation/base foundation/numerics foundation/expression mechanics/model mechanics/trajectory mechanics/results
-        mechanics/kinematics mechanics/dynamics mechanics/lanes motion/study motion/time_optimal motion/simulation)
+        mechanics/kinematics mechanics/dynamics mechanics/lanes motion/study motion/time_optimal motion/simulation motion/vibration)
 target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
 target_compile_features(balance_core PUBLIC cxx_std_20)
 target_include_directories(
@@ -93,7 +93,7 @@ if(BALANCE_BUILT_SYNTHESIS)
   balance_take_built(synthesis derivatives core fmt::fmt PkgConfig::nlopt PkgConfig::clp)
 else()
   balance_part(synthesis
-    ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design
+    ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/certificate synthesis/design synthesis/identification
     STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
   target_sources(balance_synthesis PRIVATE ${balance_clp_seam} $<TARGET_OBJECTS:balance_intervals>)
   target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint

@@ -7,6 +7,8 @@
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/reports/gnuplot.hpp"
 #include "balance/interface/reports/gnuplot_script.hpp"
+#include "balance/interface/reports/modes_request.hpp"
+#include "balance/interface/reports/plot_vibration.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
@@ -24,6 +26,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -38,6 +41,8 @@ struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
   std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title, units = "spec";
   std::string poses;  ///< their number; empty: none are drawn
+  std::optional<int> orders;
+  std::string sweep;  ///< of vibrations, as of `balance modes`; empty: none
   bool side_by_side = false, path = false, phase = false, script = false, force = false, json = false, quiet = false;
 };
 
@@ -80,18 +85,44 @@ std::string draw(const reports::Plot& picture, const PlotPage& page) {
   }
 }
 
-ExitCode run(PlotOptions options) {
-  take_pose_count(options);
-  PlotPage page = choose_page(options);
-  check_outputs(options);
-  check_standard_input_once(options.results);
+/// @throws UsageError, SpecError, MotionFailure
+reports::Plot choose_sweep_picture(const PlotOptions& options) {
+  const auto name = options.results.size() == 1 ? parse_spec_trajectory_name(options.results.front()) : std::nullopt;
+  if (!name) throw UsageError("--sweep: expected one spec, such as spec.yaml:trajectory");
+  const Study study = read_study({.spec = name->spec});
+  const specification::SpecUnits units =
+      has_spec_units(options.units) ? specification::read_display_units(study.spec_text) : specification::SpecUnits{};
+  ProgressLine line(options.quiet);
+  try {
+    const reports::VibrationReportData view = reports::analyse_modes(
+        study, {.trajectory = name->trajectory, .sweep = options.sweep}, files::find_display_unit("rad/s", units),
+        [&](double fraction) { line.draw_fraction("sweep", fraction); });
+    if (view.modes.motion.outcome.status != MotionStatus::done) throw MotionFailure(view.modes.motion.outcome);
+    reports::Plot picture = reports::plot_sweep(view, units);
+    picture.title = options.title;
+    return picture;
+  } catch (const reports::SweepError& error) {
+    throw UsageError(error.what());
+  }
+}
+
+reports::Plot read_picture(const PlotOptions& options) {
+  if (!options.sweep.empty()) return choose_sweep_picture(options);
   std::vector<StoredRun> files;
   for (const std::string& name : options.results) {
     files.push_back(
         load_or_simulate_run(name, options.script ? "" : options.output, "the picture",
                              options.poses.empty() ? AcceptedRuns::motions : AcceptedRuns::motions_and_states));
   }
-  const reports::Plot picture = choose_picture(options, files);
+  return choose_picture(options, files);
+}
+
+ExitCode run(PlotOptions options) {
+  take_pose_count(options);
+  PlotPage page = choose_page(options);
+  check_outputs(options);
+  check_standard_input_once(options.results);
+  const reports::Plot picture = read_picture(options);
   try {
     page = resolve_page_size(picture, page);
   } catch (const std::invalid_argument& error) {
@@ -138,17 +169,21 @@ Command setup_plot(CLI::App& program) {
       "  balance plot run.h5 --path -o path.svg --font Times,10\n"
       "  balance plot run.h5 --path --poses -o poses.svg\n"
       "  balance plot a.h5 b.h5 --path --poses 5 --side-by-side -o poses.pdf\n"
-      "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
+      "  balance plot engine.yaml --orders 8 -o orders.svg\n"
+      "  balance plot engine.yaml --quantity torque --x angle -o turning-moment.svg\n"
+      "  balance plot 3rrr.yaml:fast --phase -o phase.svg\n"
+      "  balance plot frame-on-mounts.yaml:run --sweep A=2:70 -o campbell.svg");
   return {parser, [options] { return run(*options); }};
 }
 
 namespace {
 
 const std::vector<std::string> views = {"magnitude", "components", "both"};
-const std::vector<std::string> abscissas = {"time", "normalised"};
+const std::vector<std::string> abscissas = {"time", "normalised", "angle"};
 const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
 constexpr double min_page_side = 30, max_page_side = 1000;  // mm
 constexpr int default_pose_count = 3;
+constexpr int max_plotted_order = 64;                    // more bars cannot be distinguished
 constexpr double min_font_size = 4, max_font_size = 72;  // pt
 
 std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
@@ -308,6 +343,13 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
   CLI::Option* phase =
       parser.add_flag("--phase", o.phase, "draw the rate along the path over the position, and its limit, instead");
   phase->excludes(quantity)->excludes(path);
+  parser
+      .add_option("--sweep", o.sweep,
+                  "draw vibrations over a speed or a parameter of the spec instead, as of balance modes")
+      ->type_name("NAME=FROM:TO:COUNT")
+      ->excludes(quantity)
+      ->excludes(path)
+      ->excludes(phase);
   suggest_files(
       parser.add_option("-o,--output", o.output, "the picture: .svg, .pdf or .png; - is SVG on standard output")
           ->type_name("FILE"),
@@ -321,7 +363,16 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
   choice("--vectors", o.vectors, "draw vectors as magnitude, components or both", views)
       ->excludes(path)
       ->excludes(phase);
-  choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
+  CLI::Option* abscissa =
+      choice("--x", o.x, "time, time by the duration, or the angle of what turns at constant speed", abscissas)
+          ->excludes(path)
+          ->excludes(phase);
+  parser.add_option("--orders", o.orders, "draw the amplitudes of the orders 1 to N of a motion at constant speed")
+      ->type_name("N")
+      ->check(integer_range_validator(1, max_plotted_order))
+      ->excludes(path)
+      ->excludes(phase)
+      ->excludes(abscissa);
   choice("--plane", o.plane, "view of paths: plane xy, xz or yz, or isometric", reports::list_projections())
       ->needs(path);
   parser
@@ -354,7 +405,7 @@ PlotPage choose_page(const PlotOptions& options) {
 reports::Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
   std::vector<reports::PlotRun> runs = label_runs(options, files);
   const auto view = static_cast<reports::VectorView>(position("--vectors", options.vectors, views));
-  const auto axis = static_cast<reports::TimeAxis>(position("--x", options.x, abscissas));
+  const auto axis = static_cast<reports::Abscissa>(position("--x", options.x, abscissas));
   position("--plane", options.plane, reports::list_projections());
   check_names(options.quantities, files);
   const specification::SpecUnits units = choose_units(options, files);
@@ -363,13 +414,13 @@ reports::Plot choose_picture(const PlotOptions& options, const std::vector<Store
   if (paths.poses > 0)
     for (const StoredRun& file : files) mechanisms.push_back(read_run_mechanism(file));
   for (std::size_t i = 0; i < mechanisms.size(); ++i) runs[i].mechanism = &mechanisms[i];
+  const std::vector<std::string> quantities =
+      options.quantities.empty() ? default_quantities(files) : options.quantities;
   try {
-    reports::Plot picture =
-        options.phase ? plot_phase_plane(runs)
-        : options.path
-            ? plot_paths(runs, paths, units)
-            : plot_over_time(runs, options.quantities.empty() ? default_quantities(files) : options.quantities, view,
-                             axis, units);
+    reports::Plot picture = options.phase    ? plot_phase_plane(runs)
+                            : options.path   ? plot_paths(runs, paths, units)
+                            : options.orders ? plot_orders(runs, quantities, *options.orders, view, units)
+                                             : plot_over_time(runs, quantities, view, axis, units);
     picture.title = options.title;
     return picture;
   } catch (const std::invalid_argument& error) {

@@ -12,9 +12,11 @@
 #include "balance/interface/reports/front_sections.hpp"
 #include "balance/interface/reports/html_report.hpp"
 #include "balance/interface/reports/html_report_data.hpp"
+#include "balance/interface/reports/modes_request.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/vibration/mode_shape_run.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 #include "balance/synthesis/tolerance/tolerance_analysis.hpp"
@@ -32,6 +34,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -159,6 +162,51 @@ void run_trajectories(const ReportOptions& options, const DesignSpace& before, c
     throw MotionFailure(page.trajectories.front().before->outcome);
 }
 
+constexpr int sweep_values = 81;
+constexpr double min_swept_share = 0.05, max_swept_share = 2;  // of the stated speed
+
+/// Modes of a trajectory with free coordinates, their response over a range of speeds, and a run for every mode.
+void add_vibrations(const Study& study, const Trajectory& trajectory, HtmlReport& page) {
+  const files::DisplayUnit speed = files::find_display_unit("rad/s", page.units);
+  reports::ModesRequest request{.trajectory = trajectory.name};
+  reports::VibrationReportData view = reports::analyse_modes(study, request, speed);
+  const vibration::VibrationModes& modes = view.modes;
+  if (modes.motion.outcome.status != MotionStatus::done) {
+    page.notes.push_back("no vibration modes of " + trajectory.name + ": " + modes.motion.outcome.reason);
+    return;
+  }
+  if (view.response) {
+    const double stated = std::abs(speed.convert(view.response->turning.speed));
+    request.sweep = fmt::format("{}={:.6g}:{:.6g}:{}", view.response->turning.coordinate, min_swept_share * stated,
+                                max_swept_share * stated, sweep_values);
+    view = reports::analyse_modes(study, request, speed);
+  }
+  page.answers->vibrations.push_back(vibration_page_json(view));
+  for (std::size_t k = 0; k < modes.modes.size(); ++k) {
+    const std::string title = reports::mode_title(modes, k);
+    reports::ReportedTrajectory shown = describe(study, trajectory.name);
+    shown.name = trajectory.name + ", " + title;
+    shown.mode = "shape of a vibration mode, exaggerated; efforts are those of a guide";
+    shown.before = vibration::run_mode_shape(study.mechanism, trajectory, modes, modes.modes[k]);
+    page.trajectories.push_back(std::move(shown));
+  }
+}
+
+/// Those of the chosen trajectories that leave coordinates free.
+void add_all_vibrations(const ReportOptions& options, const Study& study, HtmlReport& page) {
+  if (!options.controller.empty()) return;
+  for (const std::string& name : choose_trajectories(options, study)) {
+    const Trajectory* trajectory = study::find_by_name(study.trajectories, name);
+    if (trajectory == nullptr || !trajectory->free_motion) continue;
+    try {
+      add_vibrations(study, *trajectory, page);
+    } catch (const SpecError& error) {
+      page.notes.push_back("no vibration modes of " + name + ": " + error.what());
+    }
+    if (pending_signal() != 0) throw files::Cancelled(nothing_written_message);
+  }
+}
+
 /// The page draws one mechanism for all trajectories.
 Mechanism shown_mechanism(const Study& study) {
   return call_library(false, study, [&] { return mechanism_with_slides(study); });
@@ -257,6 +305,7 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
     page.answers->conditions =
         reports::conditions_json(convert_coefficients(derive_conditions_or_throw(options.goal, space), page.units), {});
   run_trajectories(options, space, nullptr, page);
+  add_all_vibrations(options, study, page);
   return page;
 }
 

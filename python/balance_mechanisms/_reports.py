@@ -164,6 +164,12 @@ class Conditions(Shown, Answer):
         return self._matrix
 
     @property
+    def orders(self) -> List[Dict[str, Any]]:
+        """Cosine and sine of each order that a goal asks to vanish, with the present `amplitude`, in SI; without such goals empty."""
+        rows: List[Dict[str, Any]] = self.to_dict().get("orders", {}).get("rows", [])
+        return rows
+
+    @property
     def impossible(self) -> str | None:
         """Why no masses can meet the conditions, if that is proved; else None."""
         return self._impossible
@@ -369,6 +375,48 @@ class Front(Shown, Answer):
         return table
 
     to_dataframe = to_pandas  # its older name
+
+
+class Modes(Answer):
+    """Vibration modes of a mechanism, its response to orders, and both over a sweep."""
+
+    def __init__(self, native: _native.Modes) -> None:
+        super().__init__(native.json(), native.text())
+        self._native = native
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Modes: {len(self.to_dict()['modes'])} modes, {self.stability}>"
+
+    @property
+    def stability(self) -> str:
+        """`stable`, `marginal` (nothing grows) or `unstable`."""
+        return str(self.to_dict()["stability"])
+
+    @property
+    def eigenvalues(self) -> numpy.ndarray:
+        """All eigenvalues, by decreasing real part [1/s]."""
+        return numpy.array([complex(*one) for one in self.to_dict()["eigenvalues"]])
+
+    @property
+    def frequencies(self) -> numpy.ndarray:
+        """Of the damped oscillations, by increasing size of the eigenvalue [Hz]."""
+        return numpy.array([mode["frequency"] for mode in self.to_dict()["modes"] if mode["frequency"] > 0])
+
+    @property
+    def stability_changes(self) -> List[Dict[str, Any]]:
+        """Values of the sweep at which an oscillation or a divergence begins or ends; empty without a sweep."""
+        sweep: Dict[str, Any] = self.to_dict()["sweep"] or {"stability_changes": []}
+        changes: List[Dict[str, Any]] = sweep["stability_changes"]
+        return changes
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Writes modes, response and sweep (docs/file-format.md); complete or not at all.
+
+        :param force: overwrite an existing file
+        :raises FileExistsError: if it exists and `force` is not set
+        :raises OSError: if it cannot be written
+        """
+        self._native.write(os.fspath(path), force)
 
 
 class Tolerance(Answer):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy
 
@@ -32,7 +32,8 @@ class Metric(NamedTuple):
 
 class PayloadChange(NamedTuple):
     """A payload `taken up` or `set down` during the run, at `time` [s]. Its position then moves at `speed` [m/s] and its body turns
-    at `turning` [rad/s], an impact that no metric includes. Actuator efforts before and after [N m or N]."""
+    at `turning` [rad/s]. Actuator efforts before and after [N m or N]. `impact_loss`: the energy that the impact takes [J]; None where
+    the motion is prescribed, and no metric includes the impact."""
 
     payload: str
     change: str
@@ -41,6 +42,7 @@ class PayloadChange(NamedTuple):
     turning: float
     torque_before: numpy.ndarray
     torque_after: numpy.ndarray
+    impact_loss: Optional[float] = None
 
 
 class AdaptationMove(NamedTuple):

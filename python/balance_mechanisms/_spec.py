@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
 from balance_mechanisms._display import Shown, Table, pretty_unit
-from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Tolerance
+from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Modes, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
 from balance_mechanisms._run import Run
@@ -207,6 +207,24 @@ class Spec(Shown):
             words += [word for value in values for word in (option, value)]
         native = _native.front(self._native, _words(goal), _words(without), strategy, seed, algorithm, shlex.join(words))
         return Front(native, self)
+
+    def modes(self, trajectory: str | None = None, *, sweep: str = "", orders: int = 4, exact: int = 5,
+              progress: Progress | None = None) -> Modes:
+        """Vibration modes of the coordinates that a trajectory leaves free, and their response to a joint that turns.
+
+        :param trajectory: name in the spec; None: the first one with free coordinates, else the first one
+        :param sweep: `NAME=FROM:TO:COUNT`, over a parameter of the spec or the speed of the joint that turns
+        :param orders: highest order of the response
+        :param exact: values of the sweep at which the response is also computed exactly; 0: nowhere
+        :param progress: called from time to time with the completed fraction of the sweep, 0 to 1
+        :raises SpecError: if the trajectory does not go with free coordinates, or the spec has no such parameter
+        :raises MotionError: if there is no equilibrium or steady motion
+        :raises ValueError: if the sweep is not of that form
+        """
+        native = _native.modes(self._native, trajectory or "", sweep, orders, exact, progress)
+        if native.status != "done":
+            raise MotionError(native.reason, native.status, native.end)
+        return Modes(native)
 
     def tolerance(self, trajectory: str | None = None, *, of: Goals = None, samples: int | None = None,
                   monte_carlo: int = 0, seed: int | None = None, at_rest: bool = False,

@@ -90,6 +90,7 @@ void bind_run(py::module_& m);
 void bind_moves(py::module_& m);
 void bind_balancing(py::module_& m);
 void bind_equations(py::module_& m);
+void bind_modes(py::module_& m);
 void bind_tolerance(py::module_& m);
 void bind_comparing(py::module_& m);
 void bind_foreign(py::module_& m);

@@ -227,7 +227,7 @@ void require_one_of(const std::vector<std::string>& names, const std::string& na
 reports::BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
   reports::BalanceRequest request;
   for (const std::string& name : arguments.goals) {
-    if (const auto mistake = study::find_goal_mistake(name, study.mechanism))
+    if (const auto mistake = study::find_goal_mistake(name, study.mechanism, study.trajectories))
       throw std::invalid_argument(fmt::format("goal {}: {}", quote_for_message(name), mistake->sentence()));
     const Goal goal = study::find_goal(name).value();
     if (std::find(request.goals.begin(), request.goals.end(), goal) == request.goals.end())

@@ -115,7 +115,7 @@ py::list payload_changes_of(const Run& run) {
   py::list all;
   for (const results::PayloadEvent& one : run.result.payload_events)
     all.append(py::make_tuple(one.payload, describe_payload_event(one), one.time, one.speed, one.angular_speed,
-                              copied(one.effort_before), copied(one.effort_after)));
+                              copied(one.effort_before), copied(one.effort_after), one.impact_loss));
   return all;
 }
 

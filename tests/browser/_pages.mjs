@@ -19,7 +19,7 @@ const made = new Set();
 
 /** @param more {spec: text of another spec than the config of that name, words: more arguments} */
 function makePage(name, {spec, words = []} = {}) {
-  const file = join(folder, `${name}${words.join("")}.html`);
+  const file = join(folder, `${name.replaceAll("/", "-")}${words.join("")}.html`);
   if (made.has(file)) return file;
   const given = spec ? join(folder, `${name}.yaml`) : join(configs, `${name}.yaml`);
   if (spec) writeFileSync(given, spec);

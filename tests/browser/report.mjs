@@ -325,7 +325,19 @@ const spoiltTexts = (page) => page.evaluate(() => {
   return spoilt;
 });
 
-const drawings = ["four-bar-front", "rr-adaptive", "slider-crank", "scara-design", "rr-tolerance", "stewart", "control-5r"];
+await test("orders of a motion at constant speed are bars, and the same in numbers", "machines/single-cylinder", async (page) => {
+  const {data} = await page.evaluate(() => window.balanceReport);
+  const rows = data.trajectories[0].before.orders.rows.filter((row) => !row.component && row.quantity === "torque[A]");
+  assert.equal(rows.length, 8);
+  const heights = await page.locator(".orders-chart[aria-label*='Actuator torque'] .order-bar").evaluateAll((bars) => bars.map((bar) => Number(bar.getAttribute("height"))));
+  const largest = (values) => values.indexOf(Math.max(...values));
+  assert.equal(largest(heights), largest(rows.map((row) => row.amplitude)));
+  assert.equal(await page.locator(".orders table tbody tr").count() % 8, 0);
+});
+
+await test("a motion from one place to another has no orders", "5r-design", async (page) => assert.equal(await page.locator(".orders").count(), 0));
+
+const drawings = ["machines/single-cylinder", "four-bar-front", "rr-adaptive", "slider-crank", "scara-design", "rr-tolerance", "stewart", "control-5r"];
 for (const name of draw("pages with axes", drawings, 0.4, (page) => (page === "four-bar-front" ? ["front"] : page === "rr-adaptive" ? ["loads"] : [])))
   for (const width of [1280, 390])
     await test(`numbers of the axes of ${name} are round and no texts overlap, ${width} px wide`, name, async (page) => {

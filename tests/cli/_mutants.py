@@ -31,6 +31,7 @@ FORMS = {
     "design": [["--seconds", "0.5"], ["--seconds", "0.5", "--json", "-g", "force"], ["--seconds", "0.5", "-g", "static", "-o", "OUT.yaml"],
                ["--seconds", "0.5", "-g", "static", "--h5", "OUT.h5"]],
     "tolerance": [["--samples", "5"], ["--samples", "5", "--json"], ["--at-rest"], ["--samples", "3", "--monte-carlo", "2"]],
+    "modes": [["--exact", "0"], ["--exact", "0", "--json"], ["--orders", "2", "-o", "OUT.h5"]],
     "compare": [["ORIGINAL"], ["ORIGINAL", "--json", "--require", "peak(torque) <= base"]],
     "plot": [["--script", "--quantity", "shaking_force"], ["--path", "--script"]],
     "report": [["--samples", "3", "-o", "OUT.html"]],

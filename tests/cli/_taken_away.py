@@ -85,8 +85,9 @@ def without_mobility(spec):
 
 def at_start(node):
     """Free numbers at their start, or in the middle."""
-    if isinstance(node, dict) and "free" in node:
-        low, high = node["free"]
+    if isinstance(node, dict) and "free" in node and set(node) <= {"free", "start", "step"}:
+        sizes = node["free"]
+        low, high = (sizes["values"][0],) * 2 if isinstance(sizes, dict) else sizes
         return node.get("start", f"({low} + {high}) / 2")
     if isinstance(node, dict):
         return {key: at_start(value) for key, value in node.items()}
@@ -141,6 +142,7 @@ SEARCH = "--seconds 1 --starts 2"
 GOALS = ("force", "moment", "static", "dynamic")
 FORMS = (
     "check {spec}", "check {spec} --json", "check {spec} --verify",
+    "modes {spec} --exact 0", "modes {spec} --exact 0 --json",
     "simulate {spec}", "simulate {spec} --json", "simulate {spec} --split --csv {out}.csv --json", "simulate {spec} --samples 2 -o {out}.h5 --split",
     "simulate {spec} --samples 2 --csv {out}.csv", "simulate {spec} --formulation natural --json",
     *(f"conditions {{spec}} -g {goal}{form}" for goal in GOALS for form in ("", " --json", " --latex")),

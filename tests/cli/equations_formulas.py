@@ -20,6 +20,46 @@ COIN = os.path.join(CONFIGS, "rolling-on-a-plane.yaml")
 SPRING = os.path.join(CONFIGS, "spring-balancer-two-link.yaml")
 
 
+LONG_NAMES = """
+space: planar
+gravity: [0, -9.81]
+parameters: {upper_arm_length: 0.5, forearm_length: 0.4, shoulder_counterweight_mass: 3, elbow_counterweight_mass: 2,
+             shoulder_counterweight_distance: -0.2, elbow_counterweight_distance: -0.15, cargo_mass: 0.5, crankthrow: 0.2, connectingrodlength: 0.3}
+ground: {points: {O: [0, 0]}}
+bodies:
+  upper_arm: {mass: 2, com: [0.2, 0.03], inertia: 0.03, points: {A: [0, 0], B: [upper_arm_length, 0]}}
+  forearm: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {B: [0, 0], H: [forearm_length, crankthrow]}}
+joints:
+  shoulder: {type: revolute, connects: [ground.O, upper_arm.A]}
+  elbow: {type: revolute, connects: [upper_arm.B, forearm.B]}
+counterweights:
+  shoulder_counterweight: {body: upper_arm, at: [shoulder_counterweight_distance, connectingrodlength], mass: shoulder_counterweight_mass}
+  elbow_counterweight: {body: forearm, at: [elbow_counterweight_distance, 0], mass: elbow_counterweight_mass}
+payloads:
+  cargo: {body: forearm, at: H, mass: cargo_mass}
+actuators: [shoulder, elbow]
+tool: forearm.H
+"""
+
+# A crank drives a rocker through a rod between two spherical joints, about whose line the rod may spin.
+RSSR = """
+space: spatial
+gravity: [0, 0, -9.81]
+ground: {points: {O: [0, 0, 0], Q: [0.4, 0.1, 0]}}
+bodies:
+  crank: {mass: 1, com: [0.04, 0, 0.01], inertia: [0.001, 0.002, 0.002], points: {O: [0, 0, 0], A: [0.1, 0, 0]}}
+  rod: {mass: 0.8, com: [0.2, 0, 0], inertia: [0.001, 0.01, 0.01], points: {A: [0, 0, 0], B: [0.42, 0, 0]}}
+  rocker: {mass: 1.1, com: [0.1, 0.02, 0], inertia: [0.001, 0.005, 0.005], points: {Q: [0, 0, 0], B: [0.25, 0, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.O, crank.O]}
+  SA: {type: spherical, connects: [crank.A, rod.A]}
+  R: {type: revolute, connects: [ground.Q, rocker.Q], axis: [0, 1, 0]}
+  SB: {type: spherical, connects: [rod.B, rocker.B]}
+actuators: [A]
+assembly: {A: 0.6, R: -1.2}
+"""
+
+
 class Formulas(Case):
     def text(self, *call):
         done = run("equations", *call)
@@ -152,6 +192,14 @@ discs:
             self.assertNotRegex(text, r"(?<!\\)Delta")
         self.assertIn(r"\hat M_{11} = ", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
 
+    def test_a_loop_with_a_passive_freedom_has_every_section(self):
+        """The engine on its own takes a coordinate of the cut joint as independent, of which the formulas have none."""
+        loop = self.write("rssr.yaml", RSSR)
+        for section in ("inertia", "velocity", "gravity", "closures", "solved", "efforts", "reduced", "conditions", "regressor"):
+            told = json.loads(self.text(loop, "--only", section, "--json"))
+            self.assertEqual((told["independent"], told["checked"]["states"]), (["A", "SA_1"], 5), section)
+            self.assertLess(told["checked"]["error"], 1e-9)
+
     def test_latex_has_no_fractions_over_one(self):
         self.assertNotIn("}{1}", self.text(FIVE_BAR, "--latex", "--only", "reduced"))
 
@@ -172,6 +220,24 @@ discs:
                                   check=False, capture_output=True)
             self.assertEqual(done.returncode, 0, done.stdout[-2000:])
             self.assertIsNone(re.search(r"^!", done.stdout, re.MULTILINE))
+
+    @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
+    def test_long_names_and_fractions_stay_within_the_margins(self):
+        """TeX reports lines that are too wide. Names are those of a spec written to be read, in sums, squares, fractions and conditions."""
+        solve = ("--goal", "gyroscopic", "--solve", "shoulder_counterweight_distance,elbow_counterweight_distance")
+        arm, loop = self.write("arm.yaml", LONG_NAMES), self.write("rssr.yaml", RSSR)
+        pages = [self.text(arm, "--latex", *call) for call in
+                 ((), solve, ("--only", "speeds", "--speeds", "horizontal: tool.x, vertical: tool.y"))] + [self.text(loop, "--latex")]
+        conditions = run("conditions", arm, "--goal", "decoupled", "--latex")
+        self.assertEqual(conditions.stderr, "")
+        for k, page in enumerate([*pages, conditions.stdout]):
+            with tempfile.TemporaryDirectory() as folder:
+                with open(os.path.join(folder, "page.tex"), "w") as file:
+                    file.write("\\documentclass{article}\\usepackage{amsmath}\\begin{document}\n" + page + "\\end{document}\n")
+                done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"], cwd=folder, text=True,
+                                      check=False, capture_output=True)
+                self.assertEqual(done.returncode, 0, done.stdout[-2000:])
+                self.assertNotIn("Overfull \\hbox", done.stdout, k)
 
 
 if __name__ == "__main__":

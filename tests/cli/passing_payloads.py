@@ -158,6 +158,46 @@ class PassingPayloads(Case):
         text = run("simulate", self.path("arm.yaml"), "-t", "stops").stdout
         self.assertIn("extra taken up at 0.3 s: R1 from 0 to 4.4145 N m, R2 from 0 to 1.962 N m\n", text)
 
+    def test_under_control_the_impact_is_in_the_motion(self):
+        """A bar on a pivot takes up a point mass at rest: J w stays, and the energy falls by that of the lost rate."""
+        J, m, r, rate = 0.5, 0.7, 0.4, 1.5
+        spec = self.write("bar.yaml", f"""
+space: planar
+gravity: [0, 0]
+ground: {{points: {{O: [0, 0]}}}}
+bodies: {{bar: {{mass: 2, com: [0, 0], inertia: {J}, points: {{O: [0, 0], H: [{r}, 0]}}}}}}
+joints: {{A: {{type: revolute, connects: [ground.O, bar.O]}}}}
+payloads: {{cargo: {{body: bar, at: H, mass: {m}, from: 0.4, until: 0.7}}}}
+actuators: [A]
+motion: {{duration: 1, samples: 101, from: {{joints: {{A: 0}}}}, to: {{joints: {{A: {rate}}}}}}}
+trajectories: {{turn: {{law: uniform, drive: joints}}}}
+""")
+        out = self.path("bar.h5")
+        done = run("control", spec, "-t", "turn", "--controller", "none", "-o", out, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = json.loads(done.stdout)
+        taken, down = told["payload_changes"]
+        self.assertEqual([(c["payload"], c["change"], c["time"]) for c in (taken, down)], [("cargo", "taken up", 0.4), ("cargo", "set down", 0.7)])
+        after = J * rate / (J + m * r * r)
+        loss = J * rate**2 / 2 - (J + m * r * r) * after**2 / 2
+        self.assertAlmostEqual(taken["speed"], r * rate, delta=1e-9)
+        self.assertAlmostEqual(taken["impact_loss"], loss, delta=1e-9)
+        self.assertAlmostEqual(down["speed"], r * after, delta=1e-8)
+        self.assertEqual(down["impact_loss"], 0)
+        self.assertIn(f"the impact takes {loss:.4g} J", " ".join(told["notes"]))
+        self.assertNotIn("do not include the impact", " ".join(told["notes"]))
+        with h5py.File(out) as file:
+            changes = file["payload_changes"]
+            self.assertEqual([label.decode() for label in changes["change"]], ["cargo taken up", "cargo set down"])
+            numpy.testing.assert_allclose(changes["impact_loss"], [loss, 0], atol=1e-9)
+            numpy.testing.assert_allclose(numpy.ravel(file["joint_velocity"])[[20, 60, 90]], [rate, after, after], rtol=1e-8)
+        # held efforts are the same on both sides of a change between samples of the controller, and the new ones at a sample
+        done = run("control", spec, "-t", "turn", "--controller", "computed-torque", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        taken = json.loads(done.stdout)["payload_changes"][0]
+        self.assertGreater(taken["torque"][0]["after"], taken["torque"][0]["before"] + 1)
+        self.assertIn("cargo taken up at 0.4 s: A from", run("control", spec, "-t", "turn", "--controller", "computed-torque").stdout)
+
     def test_an_impact_is_told(self):
         told, mixed, changes = self.simulate(COMES, trajectory="swing")
         tool = numpy.gradient(mixed["tool_position"], 1 / 500, axis=0)

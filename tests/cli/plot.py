@@ -174,6 +174,27 @@ class Pictures(Case):
         for text in ("magnitude", "x", "y", "z", "time / duration"):
             self.assertIn(text, found)
 
+    def test_orders_are_bars(self):
+        spec = os.path.join(CONFIGS, "machines", "single-cylinder.yaml")
+        done = run("simulate", spec, "--orders", "4", "--json", "-q")
+        rows = json.loads(done.stdout)["orders"]["rows"]
+        torque = {row["order"]: row["amplitude"] for row in rows if row["quantity"] == "torque[A]"}
+        script = run("plot", spec, "--orders", "4", "--quantity", "torque", "--script").stdout
+        # one rectangle for each order: its upper corners have the amplitude, its middle the order
+        bars = [[tuple(map(float, pair)) for pair in re.findall(r"^ *([-+.e0-9]+)[ ,]+([-+.e0-9]+) *$", block, re.M)]
+                for block in re.split(r"\n\s*\n|EOD|\be\b\n", script)]
+        drawn = {round(sum(x for x, _ in set(bar)) / len(set(bar)), 6): max(y for _, y in bar) for bar in bars if len(set(bar)) == 4}
+        for order, amplitude in torque.items():
+            self.assertAlmostEqual(drawn[order], amplitude, delta=1e-5 * max(torque.values()))
+        found = texts(self.plot("a.svg", spec, "--orders", "4", "--vectors", "both"))
+        for text in ("order of A", "magnitude", "x", "y"):
+            self.assertIn(text, found)
+
+    def test_a_turning_moment_diagram_has_its_mean(self):
+        found = texts(self.plot("a.svg", os.path.join(CONFIGS, "machines", "flywheel-press.yaml"), "--quantity", "torque", "--x", "angle"))
+        self.assertIn("mean", found)
+        self.assertIn("A [deg]", found)
+
     def test_runs_of_a_design_file_before_and_after(self):
         design = self.path("design.h5")
         spec = os.path.join(CONFIGS, "3rrr-proportional.yaml")
@@ -230,6 +251,10 @@ class Mistakes(Case):
             ([CYCLOID, "-o", svg, "--quantity", "shaking_forc"], "has no such quantity", "nearest is 'shaking_force'"),
             ([CYCLOID, "-o", svg, "--quantity", "torque[A4]"], "nearest is 'torque[A"),
             ([CYCLOID, "-o", svg, "--x", "normalized"], "nearest is 'normalised'"),
+            ([CYCLOID, "-o", svg, "--orders", "4"], "turns"),
+            ([CYCLOID, "-o", svg, "--x", "angle"], "turns"),
+            ([CYCLOID, "-o", svg, "--orders", "0"], "--orders"),
+            ([CYCLOID, "-o", svg, "--orders", "4", "--x", "angle"], "--orders"),
             ([CYCLOID, "-o", svg, "--vectors", "magnitud"], "nearest is 'magnitude'"),
             ([CYCLOID, "-o", svg, "--path", "--plane", "xz"], "it has no plane xz"),
             ([CYCLOID, "-o", svg, "--plane", "xz"], "--path"),

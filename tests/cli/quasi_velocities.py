@@ -282,9 +282,71 @@ class QuasiVelocities(Case):
         for pose in ("P.x=0,P.y=1,P.angle=0.3", "P.x=2,P.y=1,P.angle=2"):
             found = self.at(met, pose, "--speeds", "x: tool.x, y: tool.y, w: P.angle")["in_speeds"]
             self.close(found["D"], np.zeros((3, 3, 3)))
-        self.refused(4, "depends on the masses", "conditions", plate, "--goal", "gyroscopic", "--speeds", "x: com.x, y: com.y, w: P.angle")
+        # of its centre of mass, wherever that is: F = m a
+        of_com, told = conditions("--goal", "gyroscopic", "--speeds", "x: com.x, y: com.y, w: P.angle")
+        self.assertEqual(sorted(of_com), ["-0.12 plate.m + plate.mx = 0", "0.05 plate.m + plate.my = 0"])
+        self.assertTrue(all(c["met"] for c in told["conditions"]))
+        self.assertTrue(any("the centre of mass in these speeds is that of the present masses" in note for note in told["notes"]))
         self.refused(4, "fewer than the degrees of freedom", "conditions", plate, "--goal", "gyroscopic", "--speeds", "x: tool.x")
         self.refused(2, "--strategy modular", "conditions", plate, "--goal", "static", "--strategy", "modular", "--speeds", "x: tool.x")
+
+    def test_conditions_in_speeds_of_the_centre_of_mass(self):
+        """They are those in the same sums of rates written out, and are met where the equations have no velocity terms."""
+        def com(m1, x1, y1, m2, x2, l1=0.5):
+            # rates of the arm's centre of mass: first moments over the mass
+            m, f = m1 + m2, m1 * x1 + m2 * l1
+            return ("x: {A: \"" + f"-({f!r}*sin(A) + {m1 * y1!r}*cos(A) + {m2 * x2!r}*sin(A + B))/{m!r}" + "\", B: \"" + f"-{m2 * x2!r}*sin(A + B)/{m!r}" +
+                    "\"}, y: {A: \"" + f"({f!r}*cos(A) - {m1 * y1!r}*sin(A) + {m2 * x2!r}*cos(A + B))/{m!r}" + "\", B: \"" + f"{m2 * x2!r}*cos(A + B)/{m!r}" + "\"}")
+
+        text = ARM.replace("gravity: [0, -9.81]", "gravity: [0, 0]").replace("springs: {s: {joint: B, stiffness: 3}}\n", "")
+        arm = self.write("arm.yaml", text)
+        answers = []
+        for speeds in ("x: com.x, y: com.y", com(2, 0.2, 0.03, 1, 0.15)):
+            done = run("conditions", arm, "--goal", "gyroscopic", "--speeds", speeds, "--numbers", "--json")
+            self.assertEqual(done.returncode in (0, 1), True, done.stderr)
+            answers.append(json.loads(done.stdout))
+        self.assertEqual(answers[0]["rank"], answers[1]["rank"])
+        for own, other in zip(*(answer["conditions"] for answer in answers)):
+            self.assertEqual(own["met"], other["met"])
+            self.assertAlmostEqual(own["residual"], other["residual"], delta=1e-9)
+        self.assertFalse(all(c["met"] for c in answers[0]["conditions"]))
+        terms = self.at(arm, "A=0.3,B=0.9", "--speeds", "x: com.x, y: com.y")["in_speeds"]["D"]
+        self.assertGreater(np.abs(terms).max(), 0.01)
+
+    def test_designs_for_goals_in_speeds(self):
+        """The plate of test_conditions_in_speeds: its centre of mass goes to the tool, or the tool to it."""
+        design = "design: {goal: gyroscopic, speeds: {x: tool.x, y: tool.y, w: P.angle}}\n"
+        free_com = PLATE.replace("[0.12, -0.05]", "[{free: [-1, 1], start: 0.12}, {free: [-1, 1], start: -0.05}]")
+        free_point = PLATE.replace("{h: 0.2, k: 0.1}", "{h: {free: [-1, 1], start: 0.2}, k: {free: [-1, 1], start: 0.1}}")
+        for text, expected in ((free_com, (0.2, 0.1)), (free_point, (0.12, -0.05))):
+            done = run("design", self.write("d.yaml", text + design), "--json")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            told = json.loads(done.stdout)
+            self.assertTrue(any("written in the derivatives of x, y, w" in note for note in told["notes"]), told["notes"])
+            self.close([number["value"] for number in told["free_numbers"]], expected, 10)
+        # a payload that is there in the second case only, and pulls the common centre of mass towards (0.4, 0)
+        cases = free_com.replace("tool: plate.H", "payloads: {load: {body: plate, at: [0.4, 0], mass: load}}\ntool: plate.H").replace("k: 0.1}", "k: 0.1, load: 0}")
+        cases += design.replace("design: {", "design: {for: {load: [0, 0.5]}, adapt: bodies.plate.com, ")
+        done = run("design", self.write("cases.yaml", cases), "--json")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        law = json.loads(done.stdout)["load_cases"]
+        for case, mass in zip(law, (0, 0.5)):
+            self.close(list(case["free_numbers"].values()), (((2 + mass) * 0.2 - 0.4 * mass) / 2, (2 + mass) * 0.1 / 2), 10)
+
+    def test_designs_in_speeds_of_the_centre_of_mass(self):
+        """A plate whose motor turns it about C: in x, y of the centre of mass and the angle, no masses need to change."""
+        text = PLATE.replace("mass: 2,", "mass: {free: [1, 3], start: 2},") + "design: {goal: gyroscopic, speeds: {x: com.x, y: com.y, w: P.angle}}\n"
+        done = run("design", self.write("d.yaml", text), "--json")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_what_speeds_of_a_design_may_not_be(self):
+        free = PLATE.replace("{h: 0.2, k: 0.1}", "{h: {free: [-1, 1], start: 0.2}, k: 0.1, f: 2}")
+        for speeds, words in (("{x: tool.x, y: {P.y: h}}", "factors of numbers that no design changes"), ("{}", "at least one speed"),
+                              ("{x: tool.x, y: nothing.y}", "expected a joint coordinate")):
+            self.refused(3, words, "check", self.write("bad.yaml", free + f"design: {{goal: gyroscopic, speeds: {speeds}}}\n"))
+        modular = self.write("m.yaml", free + "design: {goal: gyroscopic, speeds: {x: tool.x, y: tool.y, w: P.angle}}\n")
+        self.refused(3, "not of the chains one by one", "design", modular, "--strategy", "modular")
+        self.refused(4, "not of the chains one by one", "conditions", modular, "--strategy", "modular")
 
     def test_as_many_conditions_as_differences_of_the_terms(self):
         """The terms of u = M p' + D p p + z' are linear in the masses: their differences when one changes are the rows."""
@@ -344,6 +406,45 @@ class QuasiVelocities(Case):
             np.testing.assert_allclose(e[:, axis], e[0, axis] * (1 + rate * t) * np.exp(-rate * t), rtol=0, atol=3e-5)
         self.assertGreater(np.abs(e[0]).min(), 5e-3)
 
+    def controlled(self, text, *call):
+        file = self.path("c.h5")
+        done = run("control", self.write("arm.yaml", text), "--controller", "c", "-o", file, "--force", *call)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = {}
+        with h5py.File(file, "r") as results:
+            results.visititems(lambda name, node: found.__setitem__(name.split("/")[-1], np.array(node)))
+        return found
+
+    def test_springs_between_the_desired_and_the_actual_tool(self):
+        """At rest, a PD law in the tool's speeds leaves e = F/K in each of them, F the weight and the spring as forces at the tool."""
+        held = ARM.replace("to: {joints: {A: 1, B: 1.4}}", "to: {joints: {A: 0.3001, B: 0.9001}}")
+        found = self.controlled(held + "controllers: {c: {type: pd, rate: 2000, kp: [3000, 2000], kd: {x: 300, y: 250}, gravity: ignored, "
+                                       "speeds: {x: tool.x, y: tool.y}}}\n", "--settle", "4")
+        self.assertLess(np.abs(found["joint_velocity"][-1]).max(), 1e-6)
+        A, B = found["joint_position"][-1]
+        forces = self.at(self.path("arm.yaml"), f"A={A!r},B={B!r}", "--speeds", "x: tool.x, y: tool.y")["in_speeds"]["z"]["sum"]
+        np.testing.assert_allclose(found["tool_error"][-1], np.array(forces) / [3000, 2000], rtol=1e-5)
+        # holding efforts added, nothing is left; default gains follow from the inertia at the tool
+        for more in ("", ", measurement: {velocity: difference}", ", bandwidth: 5"):
+            found = self.controlled(held + f"controllers: {{c: {{type: pd, speeds: {{x: tool.x, y: tool.y}}{more}}}}}\n", "--settle", "3")
+            self.assertLess(np.abs(found["tool_error"][-1]).max(), 1e-7)
+
+    def test_sliding_in_the_tools_speeds(self):
+        """s = -(e' + lambda e) of each speed falls at its rate k and stays at zero, P0 eq. 47-50."""
+        text = ARM + ("controllers: {c: {type: sliding-mode, rate: 20000, lambda: 20, k: {x: 2, y: 1}, speeds: {x: tool.x, y: tool.y}, "
+                      "initial_error: {tool: [0.01, -0.02]}}}\n")
+        found = self.controlled(text)
+        self.assertEqual([name.decode() for name in found["sliding"]], ["x", "y"])
+        t, s, e = found["time"], found["sliding_variable"], found["tool_error"]
+        start = -20 * e[0]
+        self.assertGreater(np.abs(start).min(), 0.1)
+        for axis, k in ((0, 2), (1, 1)):
+            falling = np.sign(start[axis]) * np.maximum(np.abs(start[axis]) - k * t, 0)
+            # the model acts between samples as the state at their start: k h of the sampled sign, and as much of the change of the pose
+            np.testing.assert_allclose(s[:, axis], falling, rtol=0, atol=1e-3)
+        found = self.controlled(ARM + "controllers: {c: {type: sliding-mode, switching: {boundary_layer: {x: 0.01, y: 0.02}}, speeds: {x: tool.x, y: com.y}}}\n")
+        self.assertLess(np.abs(found["tracking_error"]).max(), 1e-3)
+
     def test_control_of_other_quantities(self):
         for speeds in ("{x: com.x, y: com.y}", "{r: b.angle, y: tool.y}", "{s: {A: 1, B: 1}, d: {A: 1, B: -1}}"):
             text = ARM + f"controllers: {{c: {{type: computed-torque, speeds: {speeds}}}}}\n"
@@ -359,8 +460,10 @@ class QuasiVelocities(Case):
         for speeds, words in (("{u: tool.u, v: tool.v}", "axes that turn with a body"), ('{p: {A: "cos(A)"}, q: B}', "depend on the pose"), ("{}", "at least one speed")):
             text = ARM + f"controllers: {{c: {{type: computed-torque, speeds: {speeds}}}}}\n"
             self.refused(3, words, "check", self.write("bad.yaml", text))
-        text = ARM + "controllers: {c: {type: pd, speeds: {x: tool.x, y: tool.y}}}\n"
-        self.refused(3, "no 'speeds' with 'type: pd'", "check", self.write("pd.yaml", text))
+        for kind, words in (("extended-sliding-mode", "the coordinates of the spanning tree"), ("open-loop", "controls no errors"), ("none", "controls no errors")):
+            text = ARM + f"controllers: {{c: {{type: {kind}, speeds: {{x: tool.x, y: tool.y}}}}}}\n"
+            self.refused(3, f"no 'speeds' with 'type: {kind}'", "check", self.write("other.yaml", text))
+            self.refused(3, words, "check", self.write("other.yaml", text))
         text = ARM + "controllers: {c: {type: computed-torque, speeds: {x: tool.x}}}\n"
         done = run("control", self.write("few.yaml", text), "--controller", "c")
         self.assertEqual(done.returncode, 4)

@@ -99,10 +99,12 @@ THREE_LEGS = Mechanism("3rrr.yaml", ("A1", "A2", "A3"), ("A1", "A2", "A3", "B1",
 
 
 class Distribution(Case):
+    samples = SAMPLES
+
     def simulated(self, mechanism, actuators, distribution=None, options=(), command="simulate", more=""):
         spec = self.write("spec.yaml", mechanism.spec(actuators, distribution) + more)
         output = self.path("out.h5")
-        done = run(command, spec, "-t", "cycloid", "--samples", str(SAMPLES), "-o", output, "--force", "--json", *options)
+        done = run(command, spec, "-t", "cycloid", "--samples", str(self.samples), "-o", output, "--force", "--json", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
         with h5py.File(output) as file:
             data = {name: file[name][()] for name in ("torque", "power", "joint_position", "shaking_force")}
@@ -140,6 +142,61 @@ class Distribution(Case):
             np.testing.assert_allclose(np.abs(found["torque"]).max(1), expected, rtol=0, atol=1e-7 * scale)
             least_norm = self.simulated(mechanism, mechanism.joints)
             self.assertLess(np.abs(found["torque"]).max(), 0.999 * np.abs(least_norm["torque"]).max())
+
+    def test_the_least_peak_of_all_masses_is_that_of_one_linear_program(self):
+        """In masses and efforts together: the forces are linear in the counterweights' masses. Other distributions have no smaller peak."""
+        names = ("cw11", "cw12", "cw21", "cw22")
+        self.samples = 401  # those of the program's figures
+
+        def forces_with(masses):
+            text = FIVE_BAR.spec(FIVE_BAR.independent, None)
+            for name, mass in masses.items():
+                text = re.sub(rf"({name}: .*mass: ){{.*}}}}", rf"\g<1>{mass}}}", text)
+            mechanism = Mechanism("5r.yaml", FIVE_BAR.independent, FIVE_BAR.joints, five_bar)
+            mechanism.spec = lambda *_: text
+            return list(self.problems(mechanism))
+
+        none = forces_with(dict.fromkeys(names, 0))
+        columns = [forces_with({**dict.fromkeys(names, 0), name: 1}) for name in names]
+        motors, samples = 3, len(none)
+        size = len(names) + 1 + motors * samples  # masses, the peak, efforts
+        equations, right, rows = [], [], []
+        for k, (rates, constant) in enumerate(none):
+            place = len(names) + 1 + motors * k
+            block = np.zeros((2, size))
+            block[:, place : place + motors] = rates.T
+            for m, column in enumerate(columns):
+                block[:, m] = constant - column[k][1]
+            equations.append(block)
+            right.append(constant)
+            for sign in (1, -1):
+                row = np.zeros((motors, size))
+                row[:, place : place + motors] = sign * np.eye(motors)
+                row[:, len(names)] = -1
+                rows.append(row)
+        cost = np.zeros(size)
+        cost[len(names)] = 1
+        rows = np.vstack(rows)
+        best = linprog(cost, A_ub=rows, b_ub=np.zeros(len(rows)), A_eq=np.vstack(equations), b_eq=np.hstack(right),
+                       bounds=[(0, 60)] * len(names) + [(0, None)] + [(None, None)] * (motors * samples), method="highs")
+        self.assertEqual(best.status, 0)
+
+        def designed(distribution, seconds):
+            text = re.sub(r"samples: \d+", f"samples: {self.samples}", FIVE_BAR.spec(FIVE_BAR.joints, distribution))
+            text = re.sub(r"design: [^\n]*", "design: {minimize: {peak: torque, along: cycloid}}", text)
+            done = run("design", self.write("d.yaml", text), "--json", "--seconds", str(seconds))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return json.loads(done.stdout)
+
+        found = designed("{method: least-peak}", 10)
+        self.assertEqual(found["optimality"], "proved-best")
+        # the least of the same samples, to the tolerances of both programs
+        self.assertAlmostEqual(found["objective"]["value"], best.fun, delta=1e-6 * best.fun)
+        other = designed("{method: least-norm, limits: {B1: 1}}", 2)
+        self.assertIn(other["optimality"], ("local-best", "stopped"))
+        self.assertAlmostEqual(other["objective"]["lower_bound"], found["objective"]["value"], delta=1e-6 * best.fun)
+        self.assertGreater(other["objective"]["value"], other["objective"]["lower_bound"])
+        self.assertIn("the bound is that of all distributions of the efforts together", other["notes"])
 
     def test_least_norm_is_the_pseudo_inverse_and_weights_scale_it(self):
         weights = {"A1": 1, "A2": 4, "B1": 0.25}

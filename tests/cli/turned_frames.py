@@ -33,7 +33,7 @@ class TurnedFrames(Case):
             self.assertIn("rad", {s["unit"] for s in result["symbols"]})
         text = run("conditions", spec, "--goal", "force").stdout
         self.assertRegex(text, r"(cos|sin)\((coupler|rocker)\.C\.angle( - (coupler|rocker)\.C\.angle)?\)")
-        self.assertRegex(run("conditions", spec, "--goal", "force", "--latex").stdout, r"\\(cos|sin)\\left\(")
+        self.assertRegex(run("conditions", spec, "--goal", "force", "--latex").stdout, r"\\(cos|sin)\\(left|bigl)\(")
 
     def test_the_same_four_bar_in_space_has_the_same_words(self):
         """(B14) Across z, and across the other axes of all bodies: every coefficient is named, lengths and angles among them."""

@@ -81,8 +81,8 @@ TEST_CASE("a condition shows fractions, powers and signs") {
 }
 
 TEST_CASE("conditions stand one below the other, long ones on several lines") {
-  std::vector<dynamics::Parameter> parameters(7, parameter("a", "m"));
-  const std::string text = conditions_latex(one_condition(parameters, std::vector<double>(7, 1)));
+  std::vector<dynamics::Parameter> parameters(40, parameter("a", "m"));
+  const std::string text = conditions_latex(one_condition(parameters, std::vector<double>(40, 1)));
   CHECK(text.starts_with("\\begin{align*}\n  & m_{\\text{a}} + m"));
   CHECK(text.ends_with("m_{\\text{a}} = 0\n\\end{align*}\n"));
   CHECK(text.find(" \\\\\n  & \\quad {}+ ") != std::string::npos);

@@ -118,7 +118,7 @@ inline void push(Mechanism& mechanism, const std::vector<double>& time, const st
   Load load;
   load.name = "push";
   load.body = 1;
-  load.time = time;
+  load.arguments = time;
   for (const double x : force) load.force.emplace_back(x, 0, 0), load.moment.push_back(Vector3::Zero());
   mechanism.loads.push_back(load);
 }

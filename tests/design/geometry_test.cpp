@@ -79,7 +79,7 @@ TEST_CASE("discs decouple a planar RRR arm at P1's ratios, whatever its masses")
 
 TEST_CASE("conditions derived anew at every geometry lead to the same ratios") {
   auto design = example.problem(GoalKind::decoupled);
-  design.is_modular = true;  // whatever `derive` says is asked at every geometry
+  design.is_modular = design.derives_anew = true;  // whatever `derive` says is asked at every geometry
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[3] == doctest::Approx(example.beta()).epsilon(1e-9));

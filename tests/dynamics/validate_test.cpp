@@ -37,7 +37,7 @@ Mechanism arm(SpaceKind space) {
   m.coordinates = list_coordinates(space, m.joints);
   m.attachments = {{.name = "cw", .body = 1, .position = {-0.1, 0, 0}, .mass = 1}};
   m.discs = {{.name = "rotor", .body = 1, .follows = 1, .ratio = -2, .mass = 0.5}};
-  m.loads = {{.name = "push", .body = 2, .time = {}, .force = {{1, 0, 0}}, .moment = {{0, 0, 1}}}};
+  m.loads = {{.name = "push", .body = 2, .arguments = {}, .force = {{1, 0, 0}}, .moment = {{0, 0, 1}}}};
   m.springs = {{.name = "s", .first = 0, .second = 2, .stiffness = 10}};
   m.friction = {{.coordinate = 0, .viscous = 0.1, .coulomb = 0.2, .breakaway = 0.3}};
   m.actuators = {0, 1};
@@ -172,16 +172,29 @@ const std::vector<Spoiling>& mistakes() {
       {"no force", [](Mechanism& m) { m.loads[0].force.clear(); }, K::load_table, E::load, 0},
       {"uneven",
        [](Mechanism& m) {
-         m.loads[0].time = {0, 1};
+         m.loads[0].arguments = {0, 1};
        },
        K::load_table, E::load, 0},
       {"back in time",
        [](Mechanism& m) {
-         m.loads[0].time = {0, 0};
+         m.loads[0].arguments = {0, 0};
          m.loads[0].force.resize(2), m.loads[0].moment.resize(2);
        },
        K::load_table, E::load, 0},
-      {"no time", [](Mechanism& m) { m.loads[0].time = {none}; }, K::not_finite, E::load, 0},
+      {"no time", [](Mechanism& m) { m.loads[0].arguments = {none}; }, K::not_finite, E::load, 0},
+      {"over nothing",
+       [](Mechanism& m) {
+         m.loads[0].arguments = {0, 1}, m.loads[0].coordinate = 99;
+         m.loads[0].force.resize(2), m.loads[0].moment.resize(2);
+       },
+       K::index_out_of_range, E::load, 0},
+      {"over a coordinate, but constant", [](Mechanism& m) { m.loads[0].coordinate = 0; }, K::load_table, E::load, 0},
+      {"not closed",
+       [](Mechanism& m) {
+         m.loads[0].arguments = {0, 1}, m.loads[0].coordinate = 0, m.loads[0].is_periodic = true;
+         m.loads[0].force = {{1, 0, 0}, {2, 0, 0}}, m.loads[0].moment.resize(2, balance::Vector3::Zero());
+       },
+       K::load_table, E::load, 0},
       {"force across", [](Mechanism& m) { m.loads[0].force[0].z() = 1; }, K::out_of_plane, E::load, 0},
       {"moment across", [](Mechanism& m) { m.loads[0].moment[0].x() = 1; }, K::out_of_plane, E::load, 0},
       {"no frame", [](Mechanism& m) { m.loads[0].frame = static_cast<Frame>(9); }, K::unknown_value, E::load, 0},

@@ -163,6 +163,11 @@ Experiment mirrored(Experiment e) {
     flip(load.point);
     for (auto& force : load.force) flip(force);
     for (auto& moment : load.moment) moment = -moment;
+    if (!load.is_over_coordinate() || !changes_sign(load.coordinate)) continue;
+    for (auto& argument : load.arguments) argument = -argument;
+    std::reverse(load.arguments.begin(), load.arguments.end());
+    std::reverse(load.force.begin(), load.force.end());
+    std::reverse(load.moment.begin(), load.moment.end());
   }
   for (auto& spring : m.springs) {
     flip(spring.point_first), flip(spring.point_second);

@@ -54,12 +54,30 @@ std::vector<Lump> lumps(const Mechanism& m) {
   return out;
 }
 
-/// Force and moment of a load at a time: linear between the entries, held beyond them.
-void interpolate(const balance::Load& load, double time, Vector3& force, Vector3& moment) {
+/// The cubic through four entries, which is what their not-a-knot spline is.
+Vector3 cubic(const balance::Load& load, const std::vector<Vector3>& entries, double argument) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    double weight = 1;
+    for (std::size_t j = 0; j < 4; ++j)
+      if (j != i) weight *= (argument - load.arguments[j]) / (load.arguments[i] - load.arguments[j]);
+    sum += weight * entries[i];
+  }
+  return sum;
+}
+
+/// Force and moment of a load at a time or coordinate: linear between the entries, held beyond them, or a cubic.
+void interpolate(const balance::Load& load, double argument, Vector3& force, Vector3& moment) {
+  if (load.is_spline) {
+    argument = std::clamp(argument, load.arguments.front(), load.arguments.back());
+    force = cubic(load, load.force, argument), moment = cubic(load, load.moment, argument);
+    return;
+  }
   std::size_t k = 0;
-  while (k < load.time.size() && load.time[k] <= time) ++k;
+  while (k < load.arguments.size() && load.arguments[k] <= argument) ++k;
   const std::size_t next = std::min(k, load.force.size() - 1), last = k == 0 ? 0 : k - 1;
-  const double part = next == last ? 0 : (time - load.time[last]) / (load.time[next] - load.time[last]);
+  const double part =
+      next == last ? 0 : (argument - load.arguments[last]) / (load.arguments[next] - load.arguments[last]);
   force = (1 - part) * load.force[last] + part * load.force[next];
   moment = (1 - part) * load.moment[last] + part * load.moment[next];
 }
@@ -115,7 +133,9 @@ std::vector<Total> loads(const Run& run, long k) {
     if (load.body == balance::model::ground) continue;
     const Pose& pose = run.poses[k][load.body];
     Vector3 force, moment;
-    interpolate(load, run.result.time[k], force, moment);
+    const double argument =
+        load.is_over_coordinate() ? run.result.joint_position(k, load.coordinate) : run.result.time[k];
+    interpolate(load, argument, force, moment);
     if (load.frame == balance::model::Frame::body) force = pose.R * force, moment = pose.R * moment;
     out[load.body].add(force, pose.p + pose.R * load.point, moment);
   }

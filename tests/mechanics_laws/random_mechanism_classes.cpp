@@ -231,6 +231,17 @@ class ClassMaker {
     if (chance(0.5)) m_.springs.push_back({"s2", other, one, far, end, 20, 0});
     if (!m_.springs.empty())  // without a die, so that every seed makes the mechanism that it always made
       m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates()});
+    if (!m_.loads.empty())
+      m_.loads.push_back({"wave",
+                          1 + one % (bodies - 1),
+                          Vector3(0.1, 0.2, 0),
+                          model::Frame::world,
+                          {-10, -4, 3, 10},
+                          {Vector3(3, -2, 0), Vector3(-1, 2, 0), Vector3(0, -2, 0), Vector3(2, 1, 0)},
+                          {moment, -moment, 2 * moment, moment},
+                          (one + other) % coordinates(),
+                          false,
+                          true});
     if (chance(0.7)) {
       const int coordinate = pick(coordinates());
       const double dry = chance(0.5) ? 0.5 : 0;

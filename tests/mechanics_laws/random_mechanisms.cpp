@@ -168,6 +168,16 @@ class Maker {
     m_.springs.push_back({"s2", other, one, 0.5 * anywhere(), 0.5 * anywhere(), 20, 0});
     const int coordinates = static_cast<int>(m_.coordinates.size());
     m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates});
+    m_.loads.push_back({"wave",
+                        1 + one % (bodies - 1),
+                        Vector3(0.1, 0.2, 0),
+                        Frame::body,
+                        {-10, -4, 3, 10},
+                        {Vector3(3, -2, 0), Vector3(-1, 2, 0), Vector3(0, -2, 0), Vector3(2, 1, 0)},
+                        {moment, -moment, 2 * moment, moment},
+                        (one + other) % coordinates,
+                        false,
+                        true});
     m_.friction.push_back({.coordinate = pick(coordinates), .viscous = 0.3, .coulomb = 0.5, .coulomb_backward = 0.8});
   }
 

@@ -77,7 +77,8 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
   const double L = by.length;
   for (auto& load : m.loads) {
     load.point *= L;
-    for (T& time : load.time) time *= by.time;
+    const bool over_length = load.is_over_coordinate() && m.coordinates[load.coordinate].kind == CoordinateKind::length;
+    for (T& argument : load.arguments) argument *= load.is_over_time() ? by.time : over_length ? L : 1;
     for (auto& force : load.force) force *= by.force();
     for (auto& moment : load.moment) moment *= by.moment();
   }

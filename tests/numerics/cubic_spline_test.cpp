@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -132,4 +133,50 @@ TEST_CASE("a spline needs enough points, in order, each with its values") {
   CHECK_THROWS_AS(make({0, 1, 1}, 3, SplineEnd::natural), std::invalid_argument);
   CHECK_THROWS_AS(make({0, NAN, 1}, 3, SplineEnd::natural), std::invalid_argument);
   CHECK_THROWS_AS(make({0, 1, 2}, 2, SplineEnd::natural), std::invalid_argument);
+}
+
+TEST_CASE("a closed spline passes through its points and is smooth at its seam") {
+  const double turn = 2 * std::acos(-1.0);
+  const std::vector<double> knots{0, 0.7, 1.1, 2.5, 4, 5.5, turn};
+  Samples values(7, 1);
+  for (Eigen::Index i = 0; i < 7; ++i) values(i, 0) = std::cos(2 * knots[static_cast<std::size_t>(i)]);
+  values(6, 0) = values(0, 0);
+  const CubicSpline spline(knots, values, SplineEnd::periodic);
+  for (Eigen::Index i = 0; i < 7; ++i)
+    CHECK(std::abs(take(spline, knots[static_cast<std::size_t>(i)]).value - values(i, 0)) < 1e-15);
+  const Taken start = take(spline, 0), end = take(spline, turn);
+  CHECK(std::abs(start.first - end.first) < 1e-13);  // round-off of slopes of the order of one
+  CHECK(std::abs(start.second - end.second) < 1e-12);
+  for (std::size_t i = 1; i < 6; ++i) {
+    const Taken left = take(spline, std::nextafter(knots[i], -1.0)), right = take(spline, knots[i]);
+    CHECK(std::abs(left.first - right.first) < 1e-12);
+    CHECK(std::abs(left.second - right.second) < 1e-11);
+  }
+}
+
+TEST_CASE("a closed spline through a cosine converges with the fourth power of the step") {
+  const double turn = 2 * std::acos(-1.0);
+  const auto error = [&](int count) {
+    std::vector<double> knots;
+    Samples values(count + 1, 1);
+    for (int i = 0; i <= count; ++i) {
+      knots.push_back(turn * i / count);
+      values(i, 0) = std::cos(knots.back());
+    }
+    values(count, 0) = values(0, 0);
+    const CubicSpline spline(knots, values, SplineEnd::periodic);
+    double largest = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const double x = turn * i / 1000;
+      largest = std::max(largest, std::abs(take(spline, x).value - std::cos(x)));
+    }
+    return largest;
+  };
+  // the error's leading term is h⁴/384 times the fourth derivative; the next one is smaller by h²
+  CHECK(error(24) * 384 / std::pow(turn / 24, 4) == doctest::Approx(1).epsilon(0.05));
+  CHECK(error(24) / error(48) == doctest::Approx(16).epsilon(0.02));
+}
+
+TEST_CASE("a closed spline must end where it starts") {
+  CHECK_THROWS_AS(CubicSpline({0, 1, 2, 3}, Samples::Random(4, 1), SplineEnd::periodic), std::invalid_argument);
 }

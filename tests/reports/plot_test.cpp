@@ -36,7 +36,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 }
 
 std::string script_of(const std::vector<std::string>& quantities, const std::string& label = "run") {
-  return gnuplot_script(plot_over_time({{label, &bang_bang()}}, quantities, VectorView::magnitude, TimeAxis::seconds),
+  return gnuplot_script(plot_over_time({{label, &bang_bang()}}, quantities, VectorView::magnitude, Abscissa::seconds),
                         {});
 }
 
@@ -178,7 +178,7 @@ TEST_CASE("a script has a panel for each quantity and a line for each curve, and
 TEST_CASE("runs over each other share a panel, and a legend is not said twice") {
   const RunResult other = run_of("3rrr.yaml", "cycloid");
   const Plot picture = plot_over_time({{"one", &bang_bang()}, {"two", &other}}, {"shaking_force", "shaking_moment"},
-                                      VectorView::magnitude, TimeAxis::normalised);
+                                      VectorView::magnitude, Abscissa::normalised);
   REQUIRE(picture.panels.size() == 2);
   CHECK(picture.panels[0].lines.size() == 2);
   CHECK(picture.panels[0].legend);
@@ -190,10 +190,10 @@ TEST_CASE("runs over each other share a panel, and a legend is not said twice") 
 TEST_CASE("curves of different units do not share an axis") {
   const RunResult result = run_of("slider-crank.yaml", "cycloid", 11);
   const std::vector<PlotRun> runs = {{"run", &result}};
-  CHECK_THROWS_WITH_AS(plot_over_time(runs, {"joint_position"}, VectorView::magnitude, TimeAxis::seconds),
+  CHECK_THROWS_WITH_AS(plot_over_time(runs, {"joint_position"}, VectorView::magnitude, Abscissa::seconds),
                        "joint_position has different units: name one, such as joint_position[A]",
                        std::invalid_argument);
-  const Plot slider = plot_over_time(runs, {"joint_position[S]"}, VectorView::magnitude, TimeAxis::seconds);
+  const Plot slider = plot_over_time(runs, {"joint_position[S]"}, VectorView::magnitude, Abscissa::seconds);
   CHECK(slider.panels.front().y_label == "joint position S [m]");
   CHECK_THROWS_AS(plot_paths(runs, {.projection = "xz"}), std::invalid_argument);
 }

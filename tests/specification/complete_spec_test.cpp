@@ -68,12 +68,12 @@ TEST_CASE("masses, discs, loads, springs and friction are read with their places
   CHECK(m.discs[0].ratio == -2);
   CHECK(m.discs[0].axis == Vector3::UnitZ());
   REQUIRE(m.loads.size() == 2);
-  CHECK(m.loads[0].time.empty());
+  CHECK(m.loads[0].arguments.empty());
   CHECK(m.loads[0].point == Vector3(0.5, 0, 0));
   CHECK(m.loads[0].force == std::vector<Vector3>{Vector3(5, 0, 0)});
   CHECK(m.loads[0].moment == std::vector<Vector3>{Vector3(0, 0, 1)});
   CHECK(m.loads[1].point == Vector3::Zero());
-  CHECK(m.loads[1].time == std::vector<double>{0, 1});
+  CHECK(m.loads[1].arguments == std::vector<double>{0, 1});
   CHECK(m.loads[1].force[1] == Vector3(3, 4, 0));
   REQUIRE(m.springs.size() == 1);
   CHECK(m.springs[0].first == ground);
@@ -93,12 +93,12 @@ TEST_CASE("a load's table may be rows, lists or a file") {
   };
   const Load rows = load("table: [[0, 1, 2, 3], [1, 4, 5, 6]]");
   const Load lists = load("table: {time: [0, 1], force: [[1, 2], [4, 5]], moment: [3, 6]}");
-  CHECK(rows.time == lists.time);
+  CHECK(rows.arguments == lists.arguments);
   CHECK(rows.force == lists.force);
   CHECK(rows.moment == lists.moment);
   CHECK(rows.moment[1] == Vector3(0, 0, 6));
   const Load file = load("file: \"" BALANCE_TEST_DATA "/forces.csv\"");
-  CHECK(file.time == std::vector<double>{0, 2});
+  CHECK(file.arguments == std::vector<double>{0, 2});
   CHECK(file.force[1] == Vector3(30, 0, 0));
   CHECK(file.moment[1] == Vector3(0, 0, 3));
 }

@@ -103,7 +103,7 @@ TEST_CASE("mistakes in controllers are reported with their place and the nearest
        "s.yaml:39:23: controllers.a.rate: expected 'rate' or 'period', found both"},
       {"rate: 500", "rate: 0", "s.yaml:39:23: controllers.a.rate: must be positive"},
       {"rate: 500", "lambda: 5",
-       "s.yaml:39:25: controllers.a.lambda: expected no 'lambda' with 'type: pd', which has kp"},
+       "s.yaml:39:25: controllers.a.lambda: expected no 'lambda' with 'type: pd', which has speeds, kp"},
       {"D.slide: 5}", "J3: 5}",
        "s.yaml:39:47: controllers.a.kp.J3: unknown key: expected J1, J2 or D.slide, found 'J3'"},
       {"kd: [1, 2, 3], torque", "kd: [1, 2], torque",

@@ -95,7 +95,7 @@ TEST_CASE("mistakes in what to design for are named") {
       {"{goal: static,", "{goal: [static, force, static],",
        "s.yaml:37:32: design.goal[2]: expected each goal only once, found 'static' again"},
       {"{goal: static,", "{gaol: static,",
-       "s.yaml:37:10: design.gaol: unknown key: expected goal, minimize, front, subject_to, choose, "
+       "s.yaml:37:10: design.gaol: unknown key: expected goal, speeds, minimize, front, subject_to, choose, "
        "all_different, assembly_mode, search, for, across or adapt, found 'gaol'; nearest is 'goal'"},
       {"minimize: added-mass", "minimize: add-mass",
        "s.yaml:37:34: design.minimize: expected what to minimize (added-mass, added-inertia or total-mass, or a figure "

@@ -50,7 +50,7 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& a : m.attachments) n << a.body << a.position << a.mass << a.inertia;
   for (const auto& d : m.discs)
     n << d.body << d.follows.terms << d.position << d.axis << d.ratio << d.mass << d.inertia;
-  for (const auto& l : m.loads) n << l.body << l.point << l.time << l.force << l.moment;
+  for (const auto& l : m.loads) n << l.body << l.point << l.arguments << l.force << l.moment;
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;
   for (const auto& f : m.friction)

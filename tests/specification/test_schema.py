@@ -77,6 +77,9 @@ def designs():
     yield "two goals", {"goal": ["force", "moment"]}
     yield "a figure", {"minimize": {"peak": "shaking_force", "along": "cycloid"}}
     yield "a sum", {"minimize": [{"rms": "torque[J1]", "weight": "2 * l"}, {"of": "total-mass", "weight": 0.5}, "added-mass"]}
+    yield "orders", {"goal": ["static", {"orders": {"shaking_force": {"forward": [1], "backward": "1/2"}, "torque[J1]": 2}, "along": "run"}]}
+    yield "an order as text", {"goal": "backward order 2 of shaking_force along run"}
+    yield "figures of orders", {"minimize": [{"order": 2, "of": "shaking_force", "along": "run"}, {"quality": "shaft"}, {"of": "fluctuation", "along": "run"}]}
     yield "a search", {
         "search": {"global": "isres", "local": "sbplx", "seed": 0, "restarts": 10000, "evaluations": 1, "seconds": 0.5}
     }
@@ -85,6 +88,9 @@ def designs():
 def wrong_designs():
     """What `design` may not say, by name."""
     yield "an unknown goal", {"goal": "statics"}
+    yield "orders along nothing", {"goal": {"orders": {"shaking_force": [1]}}}
+    yield "order zero", {"goal": {"orders": {"shaking_force": [0]}, "along": "run"}}
+    yield "an order of nothing", {"minimize": {"order": 2}}
     yield "an unknown size", {"minimize": "mass"}
     yield "a figure without its quantity", {"minimize": {"along": "cycloid"}}
     yield "two figures at once", {"minimize": {"rms": "power", "peak": "power"}}

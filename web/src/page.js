@@ -12,6 +12,7 @@ import {frontSection} from "./sections/front.js";
 import {metricsSection, trajectoriesTable} from "./sections/metrics.js";
 import {mechanismSection} from "./sections/mechanism.js";
 import {figures, subtitle} from "./sections/overview.js";
+import {vibrationSection} from "./sections/vibration.js";
 import {hintAtHiddenColumns, unfoldOnPaper} from "./fit.js";
 import {startTheme, themeButton} from "./theme.js";
 
@@ -54,7 +55,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
     const trajectory = runnable.find((t) => t.name === name);
     const variants = variantsOf(trajectory);
     const path = `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
-    about.textContent = data.controller ? `${path}, followed by controller ${data.controller.name} (${data.controller.type})` : path;
+    about.textContent = trajectory.mode ? trajectory.mode : data.controller ? `${path}, followed by controller ${data.controller.name} (${data.controller.type})` : path;
     const {run} = variants[0];
     thinned.textContent = run.samples > run.time.length
       ? `${run.samples.toLocaleString("en")} samples were computed; ${run.time.length.toLocaleString("en")} of them are shown, including every extreme.` : "";
@@ -85,7 +86,7 @@ export function buildPage(Stage) {
   const clock = new Clock();
   const metrics = metricsSection(Boolean(data.controller));
   const motion = motionSection(data, clock, Stage, (trajectory) => metrics.show(trajectory));
-  const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), frontSection(data), designSection(data), loadsSection(data),
+  const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), vibrationSection(data), frontSection(data), designSection(data), loadsSection(data),
     conditionsSection(data), mechanismSection(data), source(data)];
   const skip = h("a", {class: "unseen skip screen-only", href: `#${motion.section.id}`}, "Skip to the motion");
   document.body.append(skip, header(data), h("main", {}, figures(data),

@@ -80,7 +80,7 @@ function others(geometry, before, changed, vector, on) {
   const couplings = geometry.couplings.flatMap((c) => c.leaders.map((led) => row(name(c.follower), name(led.coordinate),
     format(c.ratio * led.ratio, 6), withUnit(c.offset, geometry.coordinates[c.follower].unit))));
   const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
-    largest(l.moment, largestMoment(l), "N m"), l.frame === "world" ? "world" : "the body", when(l)));
+    largest(l.moment, largestMoment(l), "N m"), l.frame === "world" ? "world" : "the body", when(l, geometry)));
   const friction = geometry.friction.map((f) => row(name(f.coordinate), withUnit(f.viscous, turns(f.coordinate) ? "N m s/rad" : "N s/m"),
     f.coulomb === f.coulomb_backward ? withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")
       : `${withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")} forwards, ${withUnit(f.coulomb_backward, turns(f.coordinate) ? "N m" : "N")} backwards`));
@@ -101,4 +101,11 @@ function largest(list, size, unit) {
   return `${used.join(", ")}\u202f${unitText(unit)}`;
 }
 
-const when = (load) => (load.time.length ? `${plural(load.time.length, "time")}, ${format(load.time[0])} to ${format(load.time.at(-1))} s` : "always");
+function when(load, geometry) {
+  const rows = load.arguments;
+  if (rows.length === 0) return "always";
+  const coordinate = geometry.coordinates[load.coordinate];
+  const range = `${format(rows[0])} to ${format(rows.at(-1))} ${coordinate ? coordinate.unit : "s"}`;
+  if (!coordinate) return `${plural(rows.length, "time")}, ${range}`;
+  return `over ${coordinate.name}, ${range}${load.is_periodic ? ", repeated" : ""}`;
+}

@@ -4,6 +4,7 @@ import {isDone} from "../data/decode.js";
 import {effortName, format, formatIn, inBrackets, ratio, ratioText, unitText} from "../data/numbers.js";
 import {titleOf} from "../charts/quantities.js";
 import {lawTables} from "./law.js";
+import {orderCharts} from "./orders.js";
 
 const main = ["torque", "force", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
 const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "force_variation", "saturation"];
@@ -78,15 +79,16 @@ export function metricsSection(controlled) {
   const title = h("h2", {"data-short": "Figures"});
   const element = h("section", {class: "card", id: "metrics"}, title, body);
   const show = (trajectory) => {
+    element.hidden = Boolean(trajectory.mode); // whose efforts have no meaning
     title.textContent = controlled ? `Figures under control, along ${trajectory.name}` : `Figures along ${trajectory.name}`;
-    body.replaceChildren(h("div", {class: "tables"}, lawTables(trajectory), trajectoryTables(trajectory).filter(Boolean)));
+    body.replaceChildren(h("div", {class: "tables"}, lawTables(trajectory), trajectoryTables(trajectory).filter(Boolean)), orderCharts(trajectory) ?? "");
   };
   return {element, show};
 }
 
 /** Peaks of all trajectories side by side; nothing for a single one. */
 export function trajectoriesTable(data) {
-  const runs = data.trajectories.flatMap((t) =>
+  const runs = data.trajectories.filter((t) => !t.mode).flatMap((t) =>
     [["before", t.before], ["after", t.after]].filter(([, run]) => isDone(run))
       .map(([key, run]) => ({name: t.name, key: t.before && t.after ? key : "", run})));
   if (runs.length < 2) return null;

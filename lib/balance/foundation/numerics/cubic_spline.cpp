@@ -53,11 +53,51 @@ Samples solve_moments(const std::vector<double>& knots, const Samples& values, S
   return moments;
 }
 
+/// Second derivatives of a closed spline. The equations of the inner knots and of the seam are tridiagonal but for the
+/// two corners, which a rank-one correction restores (Sherman and Morrison).
+Samples solve_periodic_moments(const std::vector<double>& knots, const Samples& values) {
+  const Index n = values.rows() - 1;  // distinct knots
+  VectorX h(n), diagonal(n);
+  for (Index i = 0; i < n; ++i) h[i] = knots[static_cast<std::size_t>(i + 1)] - knots[static_cast<std::size_t>(i)];
+  const auto before = [n](Index i) { return i == 0 ? n - 1 : i - 1; };
+  // columns: one right-hand side per component, then the correction's vector
+  MatrixX solution(n, values.cols() + 1);
+  for (Index i = 0; i < n; ++i) {
+    diagonal[i] = 2 * (h[before(i)] + h[i]);
+    solution.row(i).head(values.cols()) = 6 * ((values.row(i + 1) - values.row(i)) / h[i] -
+                                               (values.row(before(i) + 1) - values.row(before(i))) / h[before(i)]);
+  }
+  const double corner = h[n - 1], shift = -diagonal[0];
+  solution.col(values.cols()).setZero();
+  solution(0, values.cols()) = shift;
+  solution(n - 1, values.cols()) = corner;
+  diagonal[0] -= shift;
+  diagonal[n - 1] -= corner * corner / shift;
+  for (Index i = 1; i < n; ++i) {
+    const double factor = h[i - 1] / diagonal[i - 1];
+    diagonal[i] -= factor * h[i - 1];
+    solution.row(i) -= factor * solution.row(i - 1);
+  }
+  solution.row(n - 1) /= diagonal[n - 1];
+  for (Index i = n - 2; i >= 0; --i) solution.row(i) = (solution.row(i) - h[i] * solution.row(i + 1)) / diagonal[i];
+  const VectorX correction = solution.col(values.cols());
+  const double ratio = corner / shift, scale = 1 + correction[0] + ratio * correction[n - 1];
+  Samples moments(n + 1, values.cols());
+  for (Index c = 0; c < values.cols(); ++c)
+    moments.col(c).head(n) = solution.col(c) - (solution(0, c) + ratio * solution(n - 1, c)) / scale * correction;
+  moments.row(n) = moments.row(0);
+  return moments;
+}
+
 }  // namespace
+
+Samples find_spline_second_derivatives(const std::vector<double>& knots, const Samples& values, SplineEnd end) {
+  return end == SplineEnd::periodic ? solve_periodic_moments(knots, values) : solve_moments(knots, values, end);
+}
 
 CubicSpline::CubicSpline(std::vector<double> knots, Samples values, SplineEnd end)
     : knots_(std::move(knots)), values_(std::move(values)) {
-  const std::size_t min_points = end == SplineEnd::not_a_knot ? 4 : 2;
+  const std::size_t min_points = end == SplineEnd::natural ? 2 : 4;
   if (knots_.size() < min_points)
     throw std::invalid_argument("a spline needs at least " + std::to_string(min_points) + " points");
   if (static_cast<std::size_t>(values_.rows()) != knots_.size()) {
@@ -66,7 +106,9 @@ CubicSpline::CubicSpline(std::vector<double> knots, Samples values, SplineEnd en
   for (std::size_t i = 1; i < knots_.size(); ++i) {
     if (!(knots_[i] > knots_[i - 1])) throw std::invalid_argument("the knots of a spline must increase");
   }
-  moments_ = solve_moments(knots_, values_, end);
+  if (end == SplineEnd::periodic && values_.row(0) != values_.bottomRows<1>().row(0))
+    throw std::invalid_argument("a closed spline must end where it starts");
+  moments_ = find_spline_second_derivatives(knots_, values_, end);
 }
 
 void CubicSpline::at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<VectorX> first,

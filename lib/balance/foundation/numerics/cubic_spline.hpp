@@ -11,12 +11,16 @@ namespace balance::numerics {
 enum class SplineEnd {
   natural,     ///< zero second derivative: minimum bending among all curves through the points
   not_a_knot,  ///< third derivative continuous one knot in from the ends: fourth order throughout; needs four knots
+  periodic,    ///< closed: the last value equals the first, and both derivatives are continuous there; needs four knots
 };
+
+/// Second derivatives at the knots of the spline through the values, n×k. @pre as for CubicSpline
+Samples find_spline_second_derivatives(const std::vector<double>& knots, const Samples& values, SplineEnd end);
 
 /// Immutable; evaluation allocates nothing.
 class CubicSpline {
  public:
-  /// @param knots increasing, n ≥ 2 (not-a-knot: n ≥ 4)
+  /// @param knots increasing, n ≥ 2 (not-a-knot and periodic: n ≥ 4)
   /// @param values n×k, row i at knots[i]
   /// @throws std::invalid_argument if the sizes differ, knots are too few or do not increase
   CubicSpline(std::vector<double> knots, Samples values, SplineEnd end);

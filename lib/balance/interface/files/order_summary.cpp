@@ -119,11 +119,13 @@ std::string format_fluctuation(const OrderAnalysis& analysis, const specificatio
   const results::SpeedFluctuation& fluctuation = *analysis.fluctuation;
   const DisplayUnit torque = find_display_unit("N m", units), energy = find_display_unit("J", units),
                     inertia = find_display_unit("kg m^2", units);
-  std::string text = fmt::format(
-      "if the actuator exerts its mean torque, {} {}, the speed fluctuates by {:.4g} % of its mean and the energy by "
-      "{} {}\n",
-      format_number(torque.convert(fluctuation.mean_torque)), torque.name, 100 * fluctuation.coefficient,
-      format_number(energy.convert(fluctuation.energy_range)), energy.name);
+  const std::string speed =
+      std::isfinite(fluctuation.coefficient)
+          ? fmt::format("the speed fluctuates by {:.4g} % of its mean", 100 * fluctuation.coefficient)
+          : "the machine comes to rest without a flywheel";
+  std::string text = fmt::format("if the actuator exerts its mean torque, {} {}, {}; the energy fluctuates by {} {}\n",
+                                 format_number(torque.convert(fluctuation.mean_torque)), torque.name, speed,
+                                 format_number(energy.convert(fluctuation.energy_range)), energy.name);
   if (fluctuation.flywheel)
     text += fmt::format("flywheel on {} for the stated fluctuation: {} {}\n", analysis.turning.coordinate,
                         format_number(inertia.convert(*fluctuation.flywheel)), inertia.name);

@@ -238,6 +238,9 @@ ReportFields<Change> payload_event_fields(const RunResult& result) {
       {&Change::angular_speed, JsonKey{"turning"}, SiUnit{"rad/s"},
        Hdf5Dataset{"angular velocity of its body at that time, if it has a moment of inertia"}},
       {torques, JsonKey{"torque"}}};
+  if (!result.payload_events.empty() && result.payload_events.front().impact_loss)
+    fields.push_back({[](const Change& change) { return change.impact_loss.value(); }, JsonKey{"impact_loss"},
+                      Hdf5Dataset{"energy that the impact takes from everything that is taken up then"}, SiUnit{"J"}});
   if (result.actuator_names.empty()) return fields;
   fields.push_back({[](const Change& change) { return numbers_json(change.effort_before); },
                     Hdf5Dataset{"torque or force of the actuator just before", "torque_before"}});

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/report_fields.hpp"
+#include "balance/interface/reports/vibration_sections.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,7 +30,7 @@ Json mode_json(const verification::AssemblyMode& mode, const Mechanism& mechanis
           {"motions", mode.motions}};
 }
 
-Json correction_plane_json(const verification::CorrectionPlane& plane) {
+Json correction_plane_json(const simulation::CorrectionPlane& plane) {
   return {{"name", plane.name},
           {"position", plane.position},
           {"unbalance", plane.unbalance.magnitude},
@@ -37,14 +38,14 @@ Json correction_plane_json(const verification::CorrectionPlane& plane) {
           {"share", plane.share}};
 }
 
-Json rotor_quality_json(const verification::RotorQuality& quality) {
+Json rotor_quality_json(const simulation::RotorQuality& quality) {
   return {{"trajectory", quality.trajectory},
           {"speed", quality.speed},
           {"quality", quality.quality},
           {"grade", quality.grade > 0 ? Json(quality.grade) : Json()}};
 }
 
-Json rotor_json(const verification::RotorUnbalance& rotor) {
+Json rotor_json(const simulation::RotorUnbalance& rotor) {
   Json json = {{"body", rotor.body},
                {"joint", rotor.joint},
                {"mass", rotor.mass},
@@ -56,29 +57,6 @@ Json rotor_json(const verification::RotorUnbalance& rotor) {
   json["couple_angle"] = rotor.is_spatial ? Json(rotor.couple_unbalance.angle) : Json();
   json["planes"] = files::list_json(rotor.planes, correction_plane_json);
   json["qualities"] = files::list_json(rotor.qualities, rotor_quality_json);
-  return json;
-}
-
-Json vibration_json(const verification::VibrationModes& vibration, const Mechanism& mechanism) {
-  const auto name_of = [&](std::size_t k) {
-    return mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])].name;
-  };
-  const auto to_json = [](const std::complex<double>& value) { return Json{value.real(), value.imag()}; };
-  Json json = {{"trajectory", vibration.trajectory}, {"outcome", files::outcome_json(vibration.outcome)}};
-  json["equilibrium"] = Json::object();
-  json["modes"] = Json::array();
-  if (vibration.outcome.status != MotionStatus::done) return json;
-  for (std::size_t k = 0; k < vibration.free.size(); ++k)
-    json["equilibrium"][name_of(k)] = vibration.position[static_cast<Eigen::Index>(k)];
-  for (const verification::VibrationMode& mode : vibration.modes) {
-    Json one = {{"eigenvalue", to_json(mode.eigenvalue)},
-                {"frequency", mode.frequency()},
-                {"damping_ratio", mode.damping_ratio()},
-                {"shape", Json::object()}};
-    for (std::size_t k = 0; k < vibration.free.size(); ++k)
-      one["shape"][name_of(k)] = to_json(mode.shape[static_cast<Eigen::Index>(k)]);
-    json["modes"].push_back(std::move(one));
-  }
   return json;
 }
 
@@ -143,7 +121,7 @@ Json check_json(const CheckReport& report, const Mechanism& mechanism, const std
                                    [&](const verification::AssemblyMode& mode) { return mode_json(mode, mechanism); });
   json["rotors"] = files::list_json(report.rotors, rotor_json);
   json["vibrations"] = files::list_json(
-      report.vibrations, [&](const verification::VibrationModes& one) { return vibration_json(one, mechanism); });
+      report.vibrations, [&](const vibration::VibrationModes& one) { return vibration_json(one, mechanism); });
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verification != nullptr) json["verification"] = verify_json(*verification);
@@ -278,7 +256,7 @@ std::string modes_text(const CheckReport& report, std::size_t width) {
 }
 
 /// "12 kg m at 267.5 deg"; "none"
-std::string unbalance_text(const verification::UnbalanceVector& unbalance, const char* unit,
+std::string unbalance_text(const simulation::UnbalanceVector& unbalance, const char* unit,
                            const files::TextOptions& options) {
   if (unbalance.magnitude == 0) return "none";
   const files::DisplayUnit of_size = files::find_display_unit(unit, options.units),
@@ -287,7 +265,7 @@ std::string unbalance_text(const verification::UnbalanceVector& unbalance, const
                      of_angle.convert(unbalance.angle), of_angle.name);
 }
 
-std::string quality_text(const verification::RotorQuality& quality, const files::TextOptions& options) {
+std::string quality_text(const simulation::RotorQuality& quality, const files::TextOptions& options) {
   const files::DisplayUnit speed = files::find_display_unit("rad/s", options.units);
   const double turns_per_minute = 60 * quality.speed / (2 * std::numbers::pi);
   return fmt::format("G = {:.4g} mm/s at {:.6g} {} ({:.6g}/min); {}", quality.quality, speed.convert(quality.speed),
@@ -296,7 +274,7 @@ std::string quality_text(const verification::RotorQuality& quality, const files:
 }
 
 /// Unbalance in the words of ISO 21940.
-std::string rotor_text(const verification::RotorUnbalance& rotor, const files::TextOptions& options) {
+std::string rotor_text(const simulation::RotorUnbalance& rotor, const files::TextOptions& options) {
   const std::size_t width = options.width;
   const files::DisplayUnit length = files::find_display_unit("m", options.units),
                            mass = files::find_display_unit("kg", options.units);
@@ -311,67 +289,12 @@ std::string rotor_text(const verification::RotorUnbalance& rotor, const files::T
                           width);
   if (rotor.is_spatial)
     text += format_property("  couple unbalance", unbalance_text(rotor.couple_unbalance, "kg m^2", options), width);
-  for (const verification::CorrectionPlane& plane : rotor.planes)
+  for (const simulation::CorrectionPlane& plane : rotor.planes)
     text +=
         format_property(fmt::format("  plane at {:.6g} {}", length.convert(plane.position), length.name),
                         fmt::format("{} ({})", unbalance_text(plane.unbalance, "kg m", options), plane.name), width);
-  for (const verification::RotorQuality& quality : rotor.qualities)
+  for (const simulation::RotorQuality& quality : rotor.qualities)
     text += format_property("  along " + quality.trajectory, quality_text(quality, options), width);
-  return text;
-}
-
-constexpr double max_hidden_share = 1e-6;  ///< entries of a shape below this share of the largest one are left out
-
-/// "F.x 1 m, F.y 0.35 m at 90 deg"
-std::string shape_text(const verification::VibrationMode& mode, const verification::VibrationModes& vibration,
-                       const Mechanism& mechanism, const files::TextOptions& options) {
-  std::string text;
-  const double length_unit = characteristic_length(mechanism);
-  for (std::size_t k = 0; k < vibration.free.size(); ++k) {
-    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])];
-    const bool is_length = coordinate.kind == CoordinateKind::length;
-    const std::complex<double> entry = mode.shape[static_cast<Eigen::Index>(k)];
-    if (std::abs(entry) <= max_hidden_share * (is_length ? length_unit : 1)) continue;
-    const files::DisplayUnit unit = files::find_display_unit(is_length ? "m" : "rad", options.units);
-    const double phase = std::arg(entry) * 180 / std::numbers::pi;
-    text += fmt::format("{}{} {:.4g} {}", text.empty() ? "" : ", ", coordinate.name, unit.convert(std::abs(entry)),
-                        unit.name);
-    if (std::abs(phase) > max_hidden_share) text += fmt::format(" at {:.4g} deg", phase);
-  }
-  return text;
-}
-
-std::string mode_text(const verification::VibrationMode& mode) {
-  const double rate = mode.eigenvalue.real();
-  if (mode.oscillates())
-    return fmt::format("{:.6g} Hz, damping ratio {:.4g}", mode.frequency(),
-                       std::abs(mode.damping_ratio()) <= max_hidden_share ? 0 : mode.damping_ratio());
-  if (rate == 0) return "rigid motion";
-  return rate < 0 ? fmt::format("decays by 1/e in {:.4g} s", -1 / rate)
-                  : fmt::format("unstable: grows by e in {:.4g} s", 1 / rate);
-}
-
-std::string vibrations_text(const verification::VibrationModes& vibration, const Mechanism& mechanism,
-                            const files::TextOptions& options) {
-  const std::string label = "vibrations", name = vibration.trajectory;
-  if (vibration.outcome.status != MotionStatus::done)
-    return format_property(label, fmt::format("of {}: {}", name, vibration.outcome.reason), options.width);
-  std::string equilibrium;
-  for (std::size_t k = 0; k < vibration.free.size(); ++k) {
-    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(vibration.free[k])];
-    const double value = vibration.position[static_cast<Eigen::Index>(k)];
-    equilibrium += fmt::format("{}{} = {}", equilibrium.empty() ? "" : ", ", coordinate.name,
-                               coordinate.kind == CoordinateKind::length
-                                   ? model::format_length(value, options.units, model::pose_round_off)
-                                   : model::format_angle(value, options.units, model::pose_round_off));
-  }
-  std::string text = format_property(
-      label, fmt::format("of what {} leaves free, linearised about {}", name, equilibrium), options.width);
-  for (std::size_t k = 0; k < vibration.modes.size(); ++k)
-    text += format_property(fmt::format("  {}", k + 1),
-                            fmt::format("{}: {}", mode_text(vibration.modes[k]),
-                                        shape_text(vibration.modes[k], vibration, mechanism, options)),
-                            options.width);
   return text;
 }
 
@@ -402,8 +325,9 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism, co
     text += start_text(report, mechanism, options);
     text += modes_text(report, width);
   }
-  for (const verification::RotorUnbalance& rotor : report.rotors) text += rotor_text(rotor, options);
-  for (const verification::VibrationModes& one : report.vibrations) text += vibrations_text(one, mechanism, options);
+  for (const simulation::RotorUnbalance& rotor : report.rotors) text += rotor_text(rotor, options);
+  for (const vibration::VibrationModes& one : report.vibrations)
+    text += vibration_text(one, mechanism, "vibrations", label_width, options);
   for (const std::string& note : report.notes) text += files::wrap_lines("note: " + note + "\n", width);
   return text;
 }

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/interface/reports/order_condition_sections.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
@@ -142,6 +143,7 @@ void add_conditions(Json& json, const ConditionsReportData& view, const files::R
       files::list_json(std::span(c.parameters).first(static_cast<std::size_t>(c.parameter_columns())), parameter_name);
   json["symbols"] = files::list_json(view.names.symbols, symbol_json);
   json["conditions"] = rows_json(files::list_indices(view.parameter_rows()), fields);
+  add_orders(json, view);
   json["staying"] = files::list_json(view.unbalanced_remainder, [&](const design::UnbalancedRemainder& remainder) {
     return remainder_json(remainder, c.parameters);
   });
@@ -424,7 +426,7 @@ std::string conditions_text(const ConditionsReportData& si_view, const files::Te
   const std::string symbols = symbols_text(view, options.units);
   if (!symbols.empty()) text += "where " + symbols + "\n";
   if (const std::string legend = parameter_legend(view); !legend.empty()) text += legend + "\n";
-  text += closing_text(view) + format_remainder(view, options.units);
+  text += closing_text(view) + orders_text(si_view, options) + format_remainder(view, options.units);
   for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
   for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
   return files::wrap_lines(text, options.width);
@@ -509,6 +511,7 @@ void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
   view.residuals = has_temporary_payloads(mechanism) ? evaluate_load_states(view, mechanism, trajectories, options)
                                                      : scaled_residuals(view.conditions, values);
   view.known_terms = known_values_of(view.conditions, values);
+  evaluate_orders(view, mechanism, options);
   view.unbalanced_remainder = design::list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
   // what a free number may change is left to the design
   std::erase_if(view.unbalanced_remainder, [&](const design::UnbalancedRemainder& remainder) {

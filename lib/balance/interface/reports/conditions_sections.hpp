@@ -4,6 +4,7 @@
 #include "balance/interface/files/report_fields.hpp"
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/conditions/coefficient_names.hpp"
+#include "balance/synthesis/conditions/order_conditions.hpp"
 #include "balance/synthesis/design/unbalanced_remainder.hpp"
 
 #include <functional>
@@ -22,6 +23,12 @@ struct ConditionsReportData {
   std::vector<FreeNumber> numbers;                    ///< the study's free numbers
   std::vector<std::vector<int>> free_number_indices;  ///< per condition: indices into `numbers`
 
+  /// Of goals that are orders: the rows one by one, with the names of their coefficients, and per row of
+  /// Conditions::orders the amplitude for the study's numbers [SI], 0 for round-off (order_condition_sections.hpp).
+  conditions::OrderConditions order_conditions;
+  conditions::ConditionNames order_names;
+  VectorX order_amplitudes;
+
   std::vector<design::UnbalancedRemainder> unbalanced_remainder;  ///< what cannot be balanced
   std::vector<conditions::GeometricSymbol> known_terms;           ///< values of the known terms that occur
 
@@ -30,7 +37,7 @@ struct ConditionsReportData {
   int parameter_rows() const { return static_cast<int>(conditions.parameter_rows()); }
 };
 
-/// Computes residuals, holds_by_definition, known_terms and unbalanced_remainder from the rest. Where payloads come and
+/// Computes residuals, holds_by_definition, known_terms, orders and unbalanced_remainder from the rest. Where payloads come and
 /// go the residuals are the largest of all load states, and notes say which of these meet the conditions.
 /// @param mechanism whose numbers the residuals are for
 /// @param trajectories along which remaining efforts are computed

@@ -5,6 +5,7 @@
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
+#include "balance/interface/reports/order_condition_sections.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
@@ -294,6 +295,7 @@ void write_design(const std::string& path, const DesignReportData& view, const f
     describe_design(file, view);
     write_rows(file, hdf5::root_group, list_designed_numbers(view.report), designed_number_fields());
     add_conditions(file, view);
+    write_order_rows(file, view.conditions);
     write_fields(file, hdf5::root_group, view.report, size_fields());
     if (!view.objective.empty()) write_fields(file, hdf5::root_group, view, objective_fields(view));
     if (view.report.length_bound) add_length_bound(file, *view.report.length_bound);
@@ -743,7 +745,7 @@ std::string conditions_table(const DesignReportData& view, const files::TextOpti
   if (!symmetric_rows.empty())
     text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(symmetric_rows),
                         symmetric_rows.size() == 1 ? "holds" : "hold");
-  text += format_remainder(c, options.units);
+  text += orders_text(view.conditions, options) + format_remainder(c, options.units);
   return text.empty() ? "" : text + "\n";
 }
 

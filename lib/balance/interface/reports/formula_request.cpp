@@ -130,10 +130,16 @@ class FormulaDerivation {
     ConditionOptions options;
     options.seed = balance.seed.value_or(options.seed);
     options.excluded = balance.excluded;
+    options.speeds = conditions::ChosenSpeeds(study.mechanism, study.design.speeds);
+    if (options.speeds.depend_on_masses())
+      throw FormulaRequestError(
+          name_of("solve") +
+          ": conditions in speeds of the centre of mass are not linear in the masses, which move it");
     if (!study.trajectories.empty()) options.about = study.trajectories.front().about;
+    options.motions = study::select_goal_motions(balance.goals, study.trajectories);
     request.derive =
         make_conditions_deriver(balance.goals, balance.is_modular, options, simulation::start_coordinates(study));
-    if (balance.is_modular || !balance.excluded.empty() ||
+    if (balance.is_modular || !balance.excluded.empty() || !options.speeds.empty() ||
         !formulas::has_symbolic_conditions(study.mechanism, balance.goals)) {
       ConditionsOutcome conditions = derive_conditions_data(balance, solvable.space);
       solvable.refusal = conditions.refusal;

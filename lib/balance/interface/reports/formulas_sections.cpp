@@ -1,5 +1,6 @@
 #include "balance/interface/reports/formulas_sections.hpp"
 
+#include "balance/foundation/base/latex_lines.hpp"
 #include "balance/interface/files/json.hpp"
 
 #include <fmt/format.h>
@@ -103,88 +104,21 @@ std::string formulas_text(const FormulasReportData& view, std::size_t width) {
 
 namespace {
 
-/// About the width of a line of text in an article, in letters.
-constexpr double latex_line_width = 46;
-constexpr double index_width = 0.7;  ///< of a letter, relative to one on the line
+/// Narrowest column beside a left side, in letters.
+constexpr double min_latex_column_width = 24;
 
-/// A sign between terms, where a formula may be broken.
-struct BreakPoint {
-  std::size_t position = 0;
-  int depth = 0;     ///< of brackets around it
-  double width = 0;  ///< of what stands before it
-};
-
-/// Signs between terms outside fractions and indices, with the width before them; the last one is the end.
-std::vector<BreakPoint> list_break_points(const std::string& latex) {
-  std::vector<BreakPoint> points;
-  int brackets = 0, braces = 0;
-  double width = 0;
-  for (std::size_t k = 0; k < latex.size(); ++k) {
-    const char c = latex[k];
-    if (c == '\\') {
-      std::size_t end = k + 1;
-      while (end < latex.size() && std::isalpha(static_cast<unsigned char>(latex[end])) != 0) ++end;
-      const std::string command = latex.substr(k + 1, end - k - 1);
-      if (command.empty())  // a thin space
-        ++end;
-      else if (command == "sin" || command == "cos")
-        width += 3;
-      else if (command != "left" && command != "right" && command != "mathrm" && command != "frac" &&
-               command != "tfrac")
-        width += 1;
-      k = end - 1;
-    } else if (c == '{' || c == '}') {
-      braces += c == '{' ? 1 : -1;
-    } else if (c == '(' || c == ')') {
-      brackets += c == '(' ? 1 : -1;
-      width += 1;
-    } else if (c != ' ' && c != '_' && c != '^') {
-      const bool is_sign =
-          (c == '+' || c == '-') && k > 0 && latex[k - 1] == ' ' && k + 1 < latex.size() && latex[k + 1] == ' ';
-      if (is_sign && braces == 0) points.push_back({k, brackets, width});
-      width += is_sign ? 2 : braces > 0 ? index_width : 1;
-    }
-  }
-  points.push_back({latex.size(), 0, width});
-  return points;
-}
-
-/// Several lines, broken at signs as far outside brackets as possible; brackets may span lines.
-std::vector<std::string> break_latex(const std::string& latex) {
-  const std::vector<BreakPoint> points = list_break_points(latex);
-  std::vector<std::string> lines;
-  std::size_t begin = 0, next = 0;
-  double before = 0;
-  while (begin < latex.size()) {
-    std::size_t chosen = points.size() - 1;
-    if (points.back().width - before > latex_line_width) {
-      chosen = next;
-      for (std::size_t k = next; k < points.size() && points[k].width - before <= latex_line_width; ++k)
-        if (points[k].depth <= points[chosen].depth || points[chosen].width - before < 0.3 * latex_line_width)
-          chosen = k;
-    }
-    lines.push_back(latex.substr(begin, points[chosen].position - begin));
-    begin = points[chosen].position;
-    before = points[chosen].width;
-    next = std::min(chosen + 1, points.size() - 1);
-  }
-  return lines;
-}
-
-std::string with_all_replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
-    text.replace(at, what.size(), by);
-  return text;
-}
-
-std::string display_latex(const std::string& left, const std::string& right) {
-  const std::vector<std::string> lines = break_latex(right);
-  if (lines.size() < 2) return "\\[ " + (left.empty() ? right + " = 0" : left + " = " + right) + " \\]\n";
-  std::string text = "\\begin{align*}\n" + (left.empty() ? "" : left + " = ") + "{}& " + lines[0];
+/// @param left of the sign of equality; empty: the right side is compared with zero
+/// @param comparison with zero: "= 0" or "\neq 0"
+std::string display_latex(const std::string& left, const std::string& right, const std::string& comparison = "= 0") {
+  const std::string head = left.empty() ? "" : left + " = ", tail = left.empty() ? " " + comparison : "";
+  const double head_width = latex_width(head);
+  const bool is_beside = latex_line_width - head_width >= min_latex_column_width;
+  const double limit = (is_beside ? latex_line_width - head_width : latex_line_width) - (left.empty() ? 3 : 0);
+  const std::vector<std::string> lines = break_latex(right, limit);
+  if (lines.size() < 2 && is_beside) return "\\[ " + head + lines.at(0) + tail + " \\]\n";
+  std::string text = "\\begin{align*}\n" + (is_beside ? head + "{}& " : "& " + head + "\\\\\n  & {}") + lines.at(0);
   for (std::size_t k = 1; k < lines.size(); ++k) text += " \\\\\n  & {}" + lines[k];
-  if (left.empty()) text += " = 0";
-  // \left and \right belong to one line
-  return with_all_replaced(with_all_replaced(text, "\\left(", "\\bigl("), "\\right)", "\\bigr)") + "\n\\end{align*}\n";
+  return text + tail + "\n\\end{align*}\n";
 }
 
 }  // namespace
@@ -196,7 +130,7 @@ std::string formulas_latex(const FormulasReportData& view) {
     if (section.is_left_out) text += "% " + length_note(section) + "\n";
     for (const auto& formula : section.formulas)
       text += display_latex(formulas::latex_label(formula.label), formula.text);
-    for (const std::string& factor : section.nonzero) text += "\\[ " + factor + " \\neq 0 \\]\n";
+    for (const std::string& factor : section.nonzero) text += display_latex("", factor, "\\neq 0");
     for (const auto& one : section.unsolved) text += "% " + one.name + " " + one.reason + "\n";
   }
   return text;

@@ -33,6 +33,7 @@ Json trajectory_json(const HtmlReport& page, const ReportedTrajectory& t) {
   return {{"name", t.name},
           {"law", t.law},
           {"drive", t.drive},
+          {"mode", files::text_or_null(t.mode)},
           {"before", optional_run(page.before, t.before, rows_of(t.before), t.deviation_before)},
           {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after), t.deviation_after)}};
 }
@@ -89,6 +90,7 @@ std::string format_report_data(const HtmlReport& page) {
   json["conditions"] = answers.conditions;
   json["design"] = answers.design;
   json["front"] = answers.front;
+  json["vibrations"] = answers.vibrations;
   json["meaning"] = page.goal_descriptions;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};

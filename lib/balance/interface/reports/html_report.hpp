@@ -18,6 +18,7 @@ struct ReportedTrajectory {
   std::optional<RunResult> before, after;
   /// Standard deviations of the runs' torques, shaking forces and shaking moments due to the `tolerances`.
   std::optional<RunResult> deviation_before = {}, deviation_after = {};
+  std::string mode = {};  ///< what the run shows if it is a vibration mode and no motion of the spec; else empty
 };
 
 struct ReportedAnswers;  // html_report_data.hpp

@@ -3,9 +3,12 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/interface/files/order_summary.hpp"
 #include "balance/interface/files/torque_distribution_summary.hpp"
+#include "balance/mechanics/model/load_table.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 
@@ -17,6 +20,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 /// Indices are plain numbers.
 template <class Kind>
@@ -151,14 +155,39 @@ Json coupling_json(const Coupling& coupling) {
           {"offset", coupling.offset}};
 }
 
+/// The load with straight lines between its entries, close enough for a picture.
+Load straighten_load(const Load& load) {
+  constexpr int lines_per_entry = 8;
+  if (!load.is_spline) return load;
+  const model::LoadTable<double> table(load);
+  Load straight = load;
+  straight.arguments.clear(), straight.force.clear(), straight.moment.clear();
+  const auto add = [&](double argument, const Vector3& force, const Vector3& moment) {
+    straight.arguments.push_back(argument), straight.force.push_back(force), straight.moment.push_back(moment);
+  };
+  for (std::size_t k = 0; k + 1 < load.arguments.size(); ++k)
+    for (int line = 0; line < lines_per_entry; ++line) {
+      const double part = static_cast<double>(line) / lines_per_entry;
+      const double argument = (1 - part) * load.arguments[k] + part * load.arguments[k + 1];
+      Vector3 force, moment;
+      table.evaluate(argument, force, moment);
+      add(argument, force, moment);
+    }
+  add(load.arguments.back(), load.force.back(), load.moment.back());
+  return straight;
+}
+
 Json load_json(const Load& load) {
+  const Load rows = straighten_load(load);
   return {{"name", load.name},
           {"body", load.body},
           {"point", position_json(load.point)},
           {"frame", load.frame == model::Frame::world ? "world" : "body"},
-          {"time", load.time},
-          {"force", files::list_json(load.force, position_json)},
-          {"moment", files::list_json(load.moment, position_json)}};
+          {"coordinate", load.coordinate},
+          {"arguments", rows.arguments},
+          {"is_periodic", load.is_periodic},
+          {"force", files::list_json(rows.force, position_json)},
+          {"moment", files::list_json(rows.moment, position_json)}};
 }
 
 Json friction_json(const Friction& friction) {
@@ -407,6 +436,24 @@ Json phase_plane_json(const trajectory::PhasePlane& plane) {
           {"ceiling", packed(plane.mvc_path_rate)}};
 }
 
+/// The orders of efforts, shaking force and shaking moment, without their components; null where nothing turns at constant
+/// speed or the run does not repeat.
+Json main_orders_json(const RunResult& result) {
+  constexpr int highest_order = 8;
+  results::OrderAnalysis analysis;
+  try {
+    analysis = results::analyse_orders(result, highest_order);
+  } catch (const std::invalid_argument&) {
+    return nullptr;
+  }
+  std::erase_if(analysis.quantities, [](const results::QuantityOrders& quantity) {
+    const std::string& name = quantity.quantity;
+    return !name.starts_with("torque[") && !name.starts_with("force[") && name != "shaking_force" &&
+           name != "shaking_moment";
+  });
+  return files::orders_json(analysis);
+}
+
 }  // namespace
 
 Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const std::vector<Eigen::Index>& rows,
@@ -422,6 +469,7 @@ Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const 
   json["about"] = files::vector_json(result.moment_reference, result.axes);
   if (computed.corridor_result) json["found_corridor"] = files::corridor_result_json(*computed.corridor_result);
   if (computed.torque_distribution) json["torque_distribution"] = files::torque_distribution_json(computed);
+  if (Json orders = main_orders_json(computed); !orders.is_null()) json["orders"] = std::move(orders);
   if (computed.optimised_law) json["found_law"] = files::optimised_law_json(*computed.optimised_law);
   const trajectory::PhasePlane& plane = computed.phase_plane;
   if (plane.time.size() > 1 && plane.mvc_path_rate.size() > 0) json["phase_plane"] = phase_plane_json(plane);

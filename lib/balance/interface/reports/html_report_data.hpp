@@ -16,7 +16,8 @@ namespace balance::reports {
 struct ReportedAnswers {
   Json check = Json::object();
   Json conditions, design;
-  Json front;  ///< a trade-off whose middle is `design`
+  Json front;                       ///< a trade-off whose middle is `design`
+  Json vibrations = Json::array();  ///< of trajectories with free coordinates
 };
 
 // Samples as text: base64 of little-endian floating-point numbers.

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/results/orders.hpp"
 
 #include <fmt/format.h>
 
@@ -271,13 +272,30 @@ PlotQuantity convert(PlotQuantity quantity, const specification::SpecUnits& unit
   return quantity;
 }
 
-VectorX abscissa(const RunResult& result, TimeAxis axis, const specification::SpecUnits& units) {
+/// Angle of the coordinate that turns at constant speed.
+VectorX turning_angle(const RunResult& result) {
+  const std::string name = results::find_uniform_turning(result).coordinate;
+  const auto coordinate = std::find(result.coordinate_names.begin(), result.coordinate_names.end(), name);
+  return result.joint_position.col(coordinate - result.coordinate_names.begin());
+}
+
+VectorX abscissa(const RunResult& result, Abscissa axis, const specification::SpecUnits& units) {
   const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
-  if (axis == TimeAxis::seconds || duration <= 0) return result.time / units.time;
+  if (axis == Abscissa::angle) return turning_angle(result) / units.angle;
+  if (axis == Abscissa::seconds || duration <= 0) return result.time / units.time;
   return result.time / duration;
 }
 
-PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis,
+/// The mean over whole turns, whose last sample repeats the first.
+PlotLine make_mean_line(const PlotLine& line, const VectorX& values) {
+  const double mean = values.head(values.size() - 1).mean();
+  PlotLine level{line.label.empty() ? "mean" : line.label + ", mean", line.pen, {}};
+  level.pen.dashes = {2, 2};
+  for (const PlotPoint& point : {line.points.front(), line.points.back()}) level.points.push_back({point.x, mean});
+  return level;
+}
+
+PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, Abscissa axis,
                           const specification::SpecUnits& units) {
   PlotPanel panel;
   panel.name = name;
@@ -305,6 +323,9 @@ PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& n
       panel.lines.push_back({legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
                              decimate_series(trace_values(abscissa(*runs[i].result, axis, units), curve.values, jumps),
                                              max_points_per_line)});
+      // in a turning-moment diagram, areas between effort and mean are the energy that the speed takes up
+      if (axis == Abscissa::angle && quantity.is_effort && quantity.curves.size() == 1)
+        panel.lines.push_back(make_mean_line(panel.lines.back(), curve.values));
     }
   }
   return panel;
@@ -319,10 +340,12 @@ std::vector<std::string> legend_of(const PlotPanel& panel) {
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const specification::SpecUnits& units) {
+                    Abscissa axis, const specification::SpecUnits& units) {
   Plot picture;
-  picture.x_label =
-      axis == TimeAxis::seconds ? "time" + bracket_unit(files::find_display_unit("s", units)) : "time / duration";
+  picture.x_label = axis == Abscissa::seconds      ? "time" + bracket_unit(files::find_display_unit("s", units))
+                    : axis == Abscissa::normalised ? "time / duration"
+                                                   : results::find_uniform_turning(*runs[0].result).coordinate +
+                                                         bracket_unit(files::find_display_unit("rad", units));
   for (const std::string& name : quantities) {
     picture.panels.push_back(panel_over_time(runs, name, view, axis, units));
     PlotPanel& panel = picture.panels.back();

@@ -95,14 +95,22 @@ struct PlotRun {
   const Mechanism* mechanism = nullptr;  ///< whose run it is; needed for its poses only
 };
 
-enum class TimeAxis { seconds, normalised };
+/// What quantities are drawn over: the time, or the angle of the coordinate that turns at constant speed.
+enum class Abscissa { seconds, normalised, angle };
 
 /// Quantities over time, one panel each, with all runs in it.
 /// @param units of the axes; SI by default
-/// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
-/// in unit; the message names it
+/// @throws std::invalid_argument if a run lacks a quantity, if a quantity's curves differ in unit, or if nothing turns
+/// at constant speed; the message says which
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const specification::SpecUnits& units = {});
+                    Abscissa axis, const specification::SpecUnits& units = {});
+
+/// Amplitudes of the orders of quantities as bars, one panel each: of vectors their largest magnitude, their components,
+/// or both.
+/// @param highest order
+/// @throws std::invalid_argument as results::analyse_orders(), or if a run lacks a quantity; the message names it
+Plot plot_orders(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, int highest,
+                 VectorView view, const specification::SpecUnits& units = {});
 
 /// How paths are drawn.
 struct PathView {

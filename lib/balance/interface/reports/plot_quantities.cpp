@@ -105,6 +105,7 @@ PlotQuantity make_plot_quantity(const Quantity& quantity, const std::vector<Quan
   }
   plot.unit = results::common_unit(units);
   plot.title = title_of(quantity, plot.unit);
+  plot.is_effort = quantity.member == &RunResult::torque;
   if (parts.size() == 1) plot.title = joined(plot.title, parts.front().member);
   if (plot.curves.size() == 1) plot.curves.front().label.clear();
   return plot;

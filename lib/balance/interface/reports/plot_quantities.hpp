@@ -24,6 +24,7 @@ struct PlotQuantity {
   std::string unit;          ///< of all curves; "mixed" if they differ, "1" for none
   bool not_negative = true;  ///< true for magnitudes
   std::vector<PlotCurve> curves;
+  bool is_effort = false;  ///< of actuators
 };
 
 /// All names in the result; those of members and components follow the name of the whole.

@@ -1,6 +1,7 @@
 #include "balance/interface/reports/report_data.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/interface/reports/order_condition_sections.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/model/validation.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
@@ -17,15 +18,22 @@ namespace balance::reports {
 ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space, bool with_names) {
   const Study& study = space.start;
   const std::vector<CoordinateValue> start = simulation::start_coordinates(study);
+  ConditionsOutcome outcome;
   ConditionOptions options;
   options.seed = request.seed.value_or(options.seed);
   options.excluded = request.excluded;
-  options.speeds = conditions::ChosenSpeeds(study.mechanism, request.speeds);
-  with_names = with_names && !options.speeds.has_parameters();
+  options.speeds =
+      conditions::ChosenSpeeds(study.mechanism, request.speeds.empty() ? study.design.speeds : request.speeds);
+  if (request.is_modular && !options.speeds.empty()) {
+    outcome.refusal = {"mismatch",
+                       "goals in chosen speeds are those of the whole mechanism, not of the chains one by one"};
+    return outcome;
+  }
+  with_names = with_names && !options.speeds.has_parameters() && !options.speeds.depend_on_masses();
   // the same reference point of angular momentum as in the runs
   if (!study.trajectories.empty()) options.about = study.trajectories.front().about;
+  options.motions = study::select_goal_motions(request.goals, study.trajectories);
   const DeriveConditions derive = make_conditions_deriver(request.goals, request.is_modular, options, start);
-  ConditionsOutcome outcome;
   ConditionsReportData& view = outcome.view;
   view.title = study.mechanism.name;
   view.strategy = request.strategy();
@@ -42,6 +50,7 @@ ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const De
   view.numbers = study.free_numbers;
   view.free_number_indices = design::probe_condition_variables(space, view.conditions, derive);
   evaluate_conditions(view, simulation::assembled_at(study.mechanism, start), study.trajectories, options);
+  if (with_names) name_orders(view, study.mechanism, conditions::list_symbols(space), options, start);
   if (!view.residuals.allFinite())
     outcome.refusal = {"overflow",
                        has_mass(study.mechanism)
@@ -90,18 +99,24 @@ ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& opt
   condition_options.loose_springs = loose;
   condition_options.excluded = options.excluded;
   condition_options.variable_terms = view.conditions.variable_terms;
+  condition_options.speeds = conditions::ChosenSpeeds(space.start.mechanism, space.start.design.speeds);
   if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
+  condition_options.motions = study::select_goal_motions(view.conditions.goals, report.study_after.trajectories);
   const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
   const auto start = simulation::start_coordinates(space.start);
   const DeriveConditions derive =
       make_conditions_deriver(view.conditions.goals, options.is_modular, condition_options, start);
-  view.names = name_coefficients(
-      mechanism, view.conditions, symbols,
-      make_perturbed_deriver(derive, options.is_modular, condition_options, start, mechanism, view.conditions));
+  const bool has_fixed_factors =
+      !condition_options.speeds.has_parameters() && !condition_options.speeds.depend_on_masses();
+  if (has_fixed_factors)
+    view.names = name_coefficients(
+        mechanism, view.conditions, symbols,
+        make_perturbed_deriver(derive, options.is_modular, condition_options, start, mechanism, view.conditions));
   view.free_number_indices = outcome.condition_variables;
   view.free_number_indices.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
   evaluate_conditions(view, simulation::assembled_at(mechanism, simulation::start_coordinates(space.start)),
                       report.study_after.trajectories, condition_options);
+  name_orders(view, mechanism, symbols, condition_options, start);
   return view;
 }
 

@@ -6,6 +6,7 @@
 #include "balance/interface/specification/read_speeds.hpp"
 #include "balance/interface/specification/spec_table.hpp"
 #include "balance/interface/specification/study_builder.hpp"
+#include "balance/mechanics/model/speed_units.hpp"
 #include "balance/motion/study/study.hpp"
 
 #include <fmt/format.h>
@@ -156,9 +157,9 @@ std::vector<std::string> keys_of(ControllerType type) {
   switch (type) {
     case ControllerType::none: return {"initial_error"};
     case ControllerType::open_loop: return {"torque", "table", "file", "interpolation"};
-    case ControllerType::pd: return {"kp", "kd", "bandwidth", "damping", "gravity"};
+    case ControllerType::pd: return {"speeds", "kp", "kd", "bandwidth", "damping", "gravity"};
     case ControllerType::computed_torque: return {"speeds", "kp", "kd", "bandwidth", "damping"};
-    case ControllerType::sliding_mode: return {"lambda", "k", "bandwidth", "switching"};
+    case ControllerType::sliding_mode: return {"speeds", "lambda", "k", "bandwidth", "switching"};
     case ControllerType::extended_sliding_mode: return {"lambda", "k", "bandwidth", "switching", "projection"};
   }
   return {};
@@ -224,10 +225,12 @@ class ControllerReader {
       allowed.insert(allowed.end(), std::begin(common_controller_keys), std::end(common_controller_keys));
     for (const auto& [key, cursor] : entries_)
       draft_.problems.collect([&, &key = key, &cursor = cursor] {
+        const std::string reason = key == "speeds" ? study::why_no_speeds(controller_.type) : "";
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
           cursor.fail(
               {.expected = fmt::format("no '{}' with 'type: {}', which has {}", key,
-                                       controller_type_name(controller_.type), join_with_conjunction(allowed, "and"))});
+                                       controller_type_name(controller_.type), join_with_conjunction(allowed, "and")),
+               .hint = reason});
       });
   }
 
@@ -262,10 +265,7 @@ class ControllerReader {
     const bool pd = controller_.type == ControllerType::pd;
     const bool extended = controller_.type == ControllerType::extended_sliding_mode;
     const auto gain = [&](const char* key, VectorX& target, const DimensionOf& dimension, SignConstraint sign) {
-      read_key(key, [&](const SpecCursor& c) {
-        target = entries_.count("speeds") > 0 ? read_per_speed(c, dimension(CoordinateKind::angle), sign)
-                                              : read_per_actuator(c, draft_, dimension, sign);
-      });
+      read_key(key, [&](const SpecCursor& c) { target = read_per_quantity(c, dimension, sign); });
     };
     read_key("speeds", [&](const SpecCursor& c) { read_speeds(c); });
     gain(
@@ -280,7 +280,7 @@ class ControllerReader {
     const auto acceleration = [](CoordinateKind kind) { return dimension_of(kind) * per_second * per_second; };
     const auto sliding = [&](const SpecCursor& c, const DimensionOf& dimension, VectorX& target) {
       target = extended ? read_single(c, draft_, dimension(CoordinateKind::angle))
-                        : read_per_actuator(c, draft_, dimension, SignConstraint::positive);
+                        : read_per_quantity(c, dimension, SignConstraint::positive);
     };
     const auto inverse = [](CoordinateKind) { return per_second; };
     read_key("lambda", [&](const SpecCursor& c) { sliding(c, inverse, controller_.lambda); });
@@ -320,8 +320,13 @@ class ControllerReader {
       at.fail({.expected = "at least one speed", .found = "none"});
   }
 
-  /// One number for all speeds, a list in their order, or a mapping with one for each [1/s or 1/s²].
-  VectorX read_per_speed(const SpecCursor& at, Dimension dimension, SignConstraint sign) {
+  /// One number for all actuators or speeds, a list in their order, or a mapping with one for each.
+  VectorX read_per_quantity(const SpecCursor& at, const DimensionOf& dimension, SignConstraint sign) {
+    return entries_.count("speeds") > 0 ? read_per_speed(at, dimension, sign)
+                                        : read_per_actuator(at, draft_, dimension, sign);
+  }
+
+  VectorX read_per_speed(const SpecCursor& at, const DimensionOf& dimension, SignConstraint sign) {
     const std::vector<model::GeneralisedSpeed>& speeds = controller_.speeds;
     if (speeds.empty()) {
       read_all_fixed(at, draft_, sign);
@@ -333,7 +338,9 @@ class ControllerReader {
     read_entry_per_name(at, names, Presence::required,
                         fmt::format("{} numbers, one for each of the speeds", names.size()),
                         "a number, or one for each speed", [&](const SpecCursor& c, std::size_t k) {
-                          values[static_cast<Eigen::Index>(k)] = read_fixed(c, draft_, dimension, sign);
+                          const bool is_length = model::is_length_speed(draft_.study.mechanism, speeds[k]);
+                          const CoordinateKind kind = is_length ? CoordinateKind::length : CoordinateKind::angle;
+                          values[static_cast<Eigen::Index>(k)] = read_fixed(c, draft_, dimension(kind), sign);
                         });
     return values;
   }

@@ -5,8 +5,10 @@
 #include "balance/interface/specification/read_all_different.hpp"
 #include "balance/interface/specification/read_load_cases.hpp"
 #include "balance/interface/specification/read_objective.hpp"
+#include "balance/interface/specification/read_speeds.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/interface/specification/yaml_source.hpp"
+#include "balance/mechanics/model/eccentric_disc.hpp"
 #include "balance/motion/study/study.hpp"
 
 #include <fmt/format.h>
@@ -22,13 +24,16 @@ const std::vector<std::string> optional_sections = {"counterweights", "discs", "
 std::vector<std::string> names_in_section(const std::string& section, const StudyBuilder& draft) {
   std::vector<std::string> names;
   const MechanismOf<Expression>& mechanism = draft.mechanism();
-  if (section == "discs")
+  if (section == "discs") {
     for (const auto& disc : mechanism.discs) names.push_back(disc.name);
-  else if (section == "springs")
+    for (const auto& one : mechanism.attachments)
+      if (model::is_eccentric_disc(mechanism, one)) names.push_back(one.name);
+  } else if (section == "springs")
     for (const auto& spring : mechanism.springs) names.push_back(spring.name);
   else
     for (const auto& one : mechanism.attachments)
-      if (one.kind == AttachmentKind::counterweight) names.push_back(one.name);
+      if (one.kind == AttachmentKind::counterweight && !model::is_eccentric_disc(mechanism, one))
+        names.push_back(one.name);
   return names;
 }
 
@@ -196,16 +201,56 @@ void read_search(const SpecCursor& at, StudyBuilder& draft, study::SearchOptions
 
 }  // namespace
 
+namespace {
+
+/// Whether the point follows when its body's numbers change: named points do, if their name is clear from their place.
+bool follows_changes(const model::GeneralisedSpeedTermOf<Expression>& term, const StudyBuilder& draft) {
+  const auto is_variable = [&](const Expression& number) { return is_variable_number(number, draft); };
+  if (std::none_of(term.position.begin(), term.position.end(), is_variable)) return true;
+  const Vector3 place = values_of(term.position);
+  const auto& points = draft.mechanism().bodies[static_cast<std::size_t>(term.body)].points;
+  return !place.isZero(0) && std::count_if(points.begin(), points.end(),
+                                           [&](const auto& point) { return values_of(point.position) == place; }) == 1;
+}
+
+/// Speeds in whose derivatives the goals are stated. Their factors do not change with the design.
+std::vector<model::GeneralisedSpeed> read_goal_speeds(const SpecCursor& at, StudyBuilder& draft) {
+  std::vector<model::GeneralisedSpeed> speeds;
+  const auto is_variable = [&](const Expression& number) { return is_variable_number(number, draft); };
+  const auto read_one = [&](const Member& member) {
+    const auto speed = read_speed(member, SpeedUse::quasi_velocity, draft);
+    for (const auto& term : speed.terms) {
+      const std::vector<Expression>& of_pose = term.pose_factor.parameters;
+      if (is_variable(term.factor) || std::any_of(of_pose.begin(), of_pose.end(), is_variable))
+        member.value.fail({.expected = "factors of numbers that no design changes", .found = "a free number"});
+      if (!follows_changes(term, draft))
+        member.value.fail(
+            {.expected = "a point whose place is fixed, or a named point away from all others of its body",
+             .found = "a free place"});
+    }
+    speeds.push_back(to_numbers(speed));
+  };
+  for (const Member& member : list_named_members(at, "a mapping of speeds"))
+    draft.problems.collect([&] { read_one(member); });
+  if (speeds.empty() && !draft.problems.is_invalid(at.path()))
+    at.fail({.expected = "at least one speed", .found = "none"});
+  return speeds;
+}
+
+}  // namespace
+
 void read_design(const SpecCursor& section, StudyBuilder& draft) {
   study::DesignRequest& request = draft.study.design;
   std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry, different_entry;
-  const Mechanism* mechanism = draft.is_mechanism_valid ? &draft.study.mechanism : nullptr;
+  const Study* study = draft.is_mechanism_valid ? &draft.study : nullptr;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
       section,
-      "design settings {goal, minimize, front, subject_to, choose, all_different, assembly_mode, search, for, across, "
+      "design settings {goal, speeds, minimize, front, subject_to, choose, all_different, assembly_mode, search, for, "
+      "across, "
       "adapt}",
-      {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c, mechanism); }},
+      {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c, study); }},
+       {"speeds", Presence::optional, [&](const SpecCursor& c) { request.speeds = read_goal_speeds(c, draft); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
        {"front", Presence::optional, store_in(front_entry)},
@@ -273,29 +318,115 @@ study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& dra
   return request;
 }
 
-std::vector<Goal> read_goals(const SpecCursor& at, const Mechanism* mechanism) {
-  std::vector<Goal> goals;
-  const auto fail = [](const SpecCursor& c, const study::GoalMistake& mistake) {
-    c.fail({.expected = mistake.expected, .found = mistake.found, .hint = mistake.hint});
-  };
-  const auto read_one = [&](const SpecCursor& c) {
-    const std::string& text = c.read_word("a goal (" + join_alternatives(study::goal_names()) + ")");
-    const std::optional<Goal> found = study::find_goal(text);
-    if (!found) fail(c, study::explain_goal_mistake(text));
-    const Goal& goal = *found;
-    if (mechanism != nullptr)
-      if (const auto mistake = study::find_goal_mistake(goal, *mechanism)) fail(c, *mistake);
-    if (std::find(goals.begin(), goals.end(), goal) != goals.end())
-      c.fail({.expected = "each goal only once", .found = fmt::format("{} again", c.describe_found())});
-    goals.push_back(goal);
-  };
-  if (!at.is_list()) {
-    read_one(at);
-    return goals;
+namespace {
+
+class GoalReader {
+ public:
+  explicit GoalReader(const Study* study) : study_(study) {}
+
+  void read(const SpecCursor& at) {
+    if (at.is_map()) return read_orders(at);
+    const std::string& text = at.read_word("a goal (" + join_alternatives(study::goal_names()) +
+                                           ", or {orders: {shaking_force: [1, 2]}, along: run})");
+    const std::optional<Goal> goal = study::find_goal(text);
+    if (!goal) fail(at, study::explain_goal_mistake(text));
+    if (const auto mistake = find_mistake(*goal)) fail(at, *mistake);
+    add(at, *goal);
   }
-  for (const SpecCursor& item : at.items("a list of goals")) at.problems().collect([&] { read_one(item); });
+  const std::vector<Goal>& goals() const { return goals_; }
+
+ private:
+  [[noreturn]] static void fail(const SpecCursor& at, const study::GoalMistake& mistake) {
+    at.fail({.expected = mistake.expected, .found = mistake.found, .hint = mistake.hint});
+  }
+
+  std::optional<study::GoalMistake> find_mistake(const Goal& goal) const {
+    if (study_ == nullptr) return std::nullopt;
+    std::optional<study::GoalMistake> mistake = study::find_goal_mistake(goal, study_->mechanism);
+    return mistake ? mistake : study::find_motion_mistake(goal, study_->trajectories);
+  }
+
+  void add(const SpecCursor& at, const Goal& goal) {
+    if (std::find(goals_.begin(), goals_.end(), goal) != goals_.end())
+      at.fail({.expected = "each goal only once", .found = fmt::format("{} again", at.describe_found())});
+    goals_.push_back(goal);
+  }
+
+  /// `{orders: {shaking_force: [1, 2], shaking_moment: 1}, along: run}`
+  void read_orders(const SpecCursor& at) {
+    std::optional<SpecCursor> orders, along;
+    const bool is_valid = read_fields(at, "orders that must vanish {orders: {shaking_force: [1, 2]}, along: run}",
+                                      {{"orders", Presence::required, [&](const SpecCursor& c) { orders = c; }},
+                                       {"along", Presence::required, [&](const SpecCursor& c) { along = c; }}});
+    if (!is_valid) throw CascadingError();
+    Goal goal{.kind = GoalKind::order};
+    goal.order.trajectory =
+        study_ != nullptr ? read_trajectory_name(*along, *study_) : along->read_word("a trajectory's name");
+    const std::vector<Member> entries =
+        list_members(*orders, "quantities with their orders {shaking_force: [1, 2], shaking_moment: [1]}");
+    if (entries.empty())
+      orders->fail(
+          {.expected = "at least one quantity with its orders, such as shaking_force: [1, 2]", .found = "none"});
+    for (const Member& entry : entries)
+      at.problems().collect([&] {
+        goal.order.quantity = entry.name;
+        goal.order.part = results::OrderPart::whole;
+        if (const auto mistake = find_mistake_of_quantity(goal)) fail(entry.key, *mistake);
+        if (const auto mistake =
+                study_ == nullptr ? std::nullopt : study::find_motion_mistake(goal, study_->trajectories))
+          fail(*along, *mistake);
+        read_parts(entry.value, goal);
+      });
+  }
+
+  std::optional<study::GoalMistake> find_mistake_of_quantity(const Goal& goal) const {
+    return study_ == nullptr ? std::nullopt : study::find_goal_mistake(goal, study_->mechanism);
+  }
+
+  /// `[1, 2]`, or `{forward: [1], backward: [2]}` of a force in the plane.
+  void read_parts(const SpecCursor& at, Goal goal) {
+    if (!at.is_map()) return read_numbers(at, goal);
+    std::vector<Field> fields;
+    using enum results::OrderPart;
+    for (const auto& [name, part] : {std::pair{"forward", forward}, std::pair{"backward", backward}})
+      fields.push_back({name, Presence::optional, [this, goal, part = part](const SpecCursor& c) mutable {
+                          goal.order.part = part;
+                          if (const auto mistake = find_mistake_of_quantity(goal)) fail(c, *mistake);
+                          read_numbers(c, goal);
+                        }});
+    if (!read_fields(at, "orders [1, 2], or those of each direction {forward: [1], backward: [2]}", fields))
+      throw CascadingError();
+    if (at.node().keys.empty()) at.fail_missing({"forward", "backward"});
+  }
+
+  void read_numbers(const SpecCursor& at, Goal goal) {
+    const auto read_one = [&](const SpecCursor& c) {
+      const std::string& text = c.read_word("an order, such as 2 or 1/2");
+      const std::optional<double> number = study::find_order_number(text);
+      if (!number) c.fail({.expected = "an order, a number above 0 such as 2 or 1/2", .found = c.describe_found()});
+      goal.order.number = *number;
+      add(c, goal);
+    };
+    if (!at.is_list()) return read_one(at);
+    for (const SpecCursor& item : at.items("a list of orders")) at.problems().collect([&] { read_one(item); });
+    if (at.node().items.empty()) at.fail_expected("at least one order");
+  }
+
+  const Study* study_;
+  std::vector<Goal> goals_;
+};
+
+}  // namespace
+
+std::vector<Goal> read_goals(const SpecCursor& at, const Study* study) {
+  GoalReader reader(study);
+  if (!at.is_list()) {
+    reader.read(at);
+    return reader.goals();
+  }
+  for (const SpecCursor& item : at.items("a list of goals")) at.problems().collect([&] { reader.read(item); });
   if (at.node().items.empty()) at.fail_expected("at least one goal");
-  return goals;
+  return reader.goals();
 }
 
 }  // namespace balance::specification

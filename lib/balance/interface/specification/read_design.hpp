@@ -24,8 +24,10 @@ study::ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& dra
 
 // Goals of balancing, in specs and suites.
 
-/// One goal or a list of different ones; fails at the cursor's place if it is neither.
-/// @param mechanism whose coordinates and points the goals may name; null: not known yet, names are not checked
-std::vector<Goal> read_goals(const SpecCursor& at, const Mechanism* mechanism = nullptr);
+/// One goal or a list of different ones: names, or `{orders: {shaking_force: [1, 2]}, along: run}`. Fails at the cursor's
+/// place if it is none.
+/// @param study with the mechanism and the trajectories that the goals may name; null: not known yet, names are not
+/// checked
+std::vector<Goal> read_goals(const SpecCursor& at, const Study* study = nullptr);
 
 }  // namespace balance::specification

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace balance::specification {
 
@@ -38,7 +39,7 @@ LoadColumns load_columns(bool planar) {
 }
 
 void assign_load_table(const TimeTable& table, const LoadColumns& columns, model::LoadOf<Expression>& load) {
-  load.time = table.time;
+  load.arguments = table.time;
   for (const auto& row : table.values) {
     Vector3E wrench[2] = {Vector3E::Zero(), Vector3E::Zero()};
     for (std::size_t i = 0; i < row.size(); ++i) {
@@ -51,37 +52,43 @@ void assign_load_table(const TimeTable& table, const LoadColumns& columns, model
 }
 
 /// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
-void read_rows(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expression>& load) {
+void read_rows(const SpecCursor& at, const TableColumn& argument, StudyBuilder& draft,
+               model::LoadOf<Expression>& load) {
   LoadColumns columns = load_columns(draft.planar());
-  const auto rows = at.items("a list of rows [time, force …, moment …]");
+  const auto rows = at.items(fmt::format("a list of rows [{}, force …, moment …]", argument.name));
   const std::size_t forces = draft.planar() ? 2 : 3;
   if (!rows.empty() && rows[0].node().items.size() == forces + 1) columns.columns.resize(forces);
-  assign_load_table(read_inline_table(at, draft, columns.columns), columns, load);
+  assign_load_table(read_inline_table(at, draft, columns.columns, argument), columns, load);
 }
 
 /// `{time: […], force: [[…], …], moment: […]}`.
-void read_lists(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expression>& load) {
+void read_lists(const SpecCursor& at, const TableColumn& argument, StudyBuilder& draft,
+                model::LoadOf<Expression>& load) {
   std::optional<SpecCursor> force, moment;
-  std::optional<SpecCursor> time;
-  const bool read = read_fields(at, "a table {time, force, moment}",
-                                {{"time", Presence::required,
-                                  [&](const SpecCursor& c) {
-                                    time = c;
-                                    load.time = read_numbers(c, draft, dimension::time, "a list of times");
-                                    if (load.time.empty()) c.fail_expected("at least one time");
-                                    check_times(c, load.time);
-                                  }},
-                                 {"force", Presence::optional, [&](const SpecCursor& c) { force = c; }},
-                                 {"moment", Presence::optional, [&](const SpecCursor& c) { moment = c; }}});
+  const bool is_time = argument.dimension == dimension::time;
+  const std::string values = is_time ? "times" : "values of " + argument.name;
+  const bool read =
+      read_fields(at, fmt::format("a table {{{}, force, moment}}", argument.name),
+                  {{argument.name, Presence::required,
+                    [&](const SpecCursor& c) {
+                      load.arguments = read_numbers(c, draft, argument.dimension, "a list of " + values);
+                      if (load.arguments.empty())
+                        c.fail_expected("at least one " + (is_time ? "time" : "value of " + argument.name));
+                      check_increasing(c, load.arguments, argument);
+                    }},
+                   {"force", Presence::optional, [&](const SpecCursor& c) { force = c; }},
+                   {"moment", Presence::optional, [&](const SpecCursor& c) { moment = c; }}});
   if (read && !force && !moment)
     at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
-  load.force.assign(load.time.size(), Vector3E::Zero());
+  load.force.assign(load.arguments.size(), Vector3E::Zero());
   load.moment = load.force;
-  const std::string what = fmt::format("{} entries, one for each time", load.time.size());
+  const std::string what =
+      fmt::format("{} entries, one for each {}", load.arguments.size(), is_time ? "time" : "value of " + argument.name);
   const auto read_entries = [&](const SpecCursor& entries, std::vector<Vector3E>& values, const auto& read_one) {
     std::vector<Vector3E> entry_values;
     // only the times determine the required number
-    read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
+    read_each(read ? entries.items(what, load.arguments.size())
+                   : entries.items("a list of entries, one for each " + argument.name),
               [&](const SpecCursor& item) { entry_values.push_back(read_one(item)); });
     if (read) values = std::move(entry_values);
   };
@@ -97,7 +104,7 @@ void read_lists(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Express
 /// Keys of a load, before they are assembled.
 struct LoadKeys {
   std::optional<BodyId> body;
-  std::optional<SpecCursor> place, force, moment, table, file;
+  std::optional<SpecCursor> place, force, moment, table, file, over, period, interpolation;
 };
 
 void check_load_form(const SpecCursor& at, const LoadKeys& keys) {
@@ -115,13 +122,71 @@ void check_load_form(const SpecCursor& at, const LoadKeys& keys) {
     at.fail(std::move(error_message));
 }
 
-void read_load_values(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
-  if (keys.table && keys.table->is_map()) return read_lists(*keys.table, draft, load);
-  if (keys.table) return read_rows(*keys.table, draft, load);
+/// What the load's table depends on: the time, or the coordinate under `over`.
+TableColumn read_argument(const LoadKeys& keys, const StudyBuilder& draft, model::LoadOf<Expression>& load) {
+  if (!keys.over) return time_column;
+  load.coordinate = read_coordinate(*keys.over, draft);
+  const Coordinate& coordinate = draft.mechanism().coordinates[static_cast<std::size_t>(load.coordinate)];
+  return {coordinate.name, dimension_of(coordinate.kind)};
+}
+
+/// `turn`, or a number in the coordinate's unit.
+Expression read_period(const SpecCursor& at, const TableColumn& argument, StudyBuilder& draft) {
+  if (!at.is_scalar() || at.node().text != "turn")
+    return read_number(at, draft, argument.dimension, SignConstraint::positive);
+  if (argument.dimension == dimension::angle) return 2 * std::numbers::pi;
+  at.fail({.expected = fmt::format("a number: {} is a displacement", argument.name), .found = "'turn'"});
+}
+
+/// Lets the table end as it starts, one period later: the last row may be given or not.
+void close_table(const SpecCursor& at, const Expression& period, model::LoadOf<Expression>& load) {
+  constexpr double end_tolerance = 1e-9;  // of a period: multiples of π are often rounded
+  const double length = (load.arguments.back() - load.arguments.front()).value();
+  const double excess = length / period.value() - 1;
+  if (excess > end_tolerance)
+    at.fail({.expected = fmt::format("rows over one period of {:.9g}", period.value()),
+             .found = fmt::format("rows over {:.9g}", length)});
+  if (excess >= -end_tolerance) {
+    const auto differs = [](const Vector3E& a, const Vector3E& b) {
+      return a.x().value() != b.x().value() || a.y().value() != b.y().value() || a.z().value() != b.z().value();
+    };
+    if (differs(load.force.front(), load.force.back()) || differs(load.moment.front(), load.moment.back()))
+      at.fail({.expected = "a last row with the values of the first, because it is one period later",
+               .found = "different values"});
+    load.arguments.pop_back(), load.force.pop_back(), load.moment.pop_back();
+  }
+  load.arguments.push_back(load.arguments.front() + period);
+  load.force.push_back(Vector3E(load.force.front()));
+  load.moment.push_back(Vector3E(load.moment.front()));
+  load.is_periodic = true;
+}
+
+void read_load_table(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
+  const TableColumn argument = read_argument(keys, draft, load);
   if (keys.file) {
     const LoadColumns columns = load_columns(draft.planar());
-    return assign_load_table(read_table_file(*keys.file, draft, columns.columns), columns, load);
+    assign_load_table(read_table_file(*keys.file, draft, columns.columns, argument), columns, load);
+  } else if (keys.table->is_map()) {
+    read_lists(*keys.table, argument, draft, load);
+  } else {
+    read_rows(*keys.table, argument, draft, load);
   }
+  const SpecCursor& table = keys.file ? *keys.file : *keys.table;
+  if (keys.interpolation)
+    load.is_spline = keys.interpolation->read_choice("an interpolation", {"linear", "spline"}) == 1;
+  if (keys.period) close_table(table, read_period(*keys.period, argument, draft), load);
+  const std::size_t rows = load.arguments.size() - (load.is_periodic ? 1 : 0), min_rows = load.is_periodic ? 3 : 2;
+  if (load.is_spline && rows < min_rows)
+    table.fail({.expected = fmt::format("at least {} rows for a spline", min_rows), .found = fmt::format("{}", rows)});
+}
+
+void read_load_values(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
+  if (keys.period && !keys.over)
+    keys.period->fail({.expected = "'over' with the coordinate that repeats", .found = "'period' alone"});
+  if (keys.table || keys.file) return read_load_table(keys, draft, load);
+  for (const auto& [entry, name] : {std::pair(&keys.over, "'over'"), std::pair(&keys.period, "'period'"),
+                                    std::pair(&keys.interpolation, "'interpolation'")})
+    if (*entry) (*entry)->fail({.expected = "'table' or 'file' for a load that changes", .found = name});
   Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
   if (keys.force) draft.problems.collect([&] { force = read_vector(*keys.force, draft, dimension::force); });
   if (keys.moment) draft.problems.collect([&] { moment = read_moment(*keys.moment, draft); });
@@ -145,6 +210,9 @@ void read_load(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expressi
        {"moment", Presence::optional, store_in(keys.moment)},
        {"table", Presence::optional, store_in(keys.table)},
        {"file", Presence::optional, store_in(keys.file)},
+       {"over", Presence::optional, store_in(keys.over)},
+       {"period", Presence::optional, store_in(keys.period)},
+       {"interpolation", Presence::optional, store_in(keys.interpolation)},
        {"frame", Presence::optional, [&](const SpecCursor& c) {
           load.frame = c.read_choice("a frame", {"world", "body"}) == 0 ? model::Frame::world : model::Frame::body;
         }}});
@@ -240,8 +308,9 @@ void read_one_friction(const Member& member, StudyBuilder& draft) {
       draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
   const Dimension effort = is_angle ? dimension::moment : dimension::force;
   std::optional<SpecCursor> static_entry;
+  std::optional<Expression> offset;
   const Dimension rate = (is_angle ? dimension::angle : dimension::length) / dimension::time;
-  if (!read_fields(member.value, "friction {viscous, coulomb, static}",
+  if (!read_fields(member.value, "friction {viscous, coulomb, static, offset}",
                    {{"viscous", Presence::optional,
                      [&](const SpecCursor& c) {
                        friction.viscous = read_number(c, draft, effort / rate, SignConstraint::not_negative);
@@ -250,18 +319,27 @@ void read_one_friction(const Member& member, StudyBuilder& draft) {
                      [&](const SpecCursor& c) {
                        read_dry_friction(c, draft, effort, friction.coulomb, friction.coulomb_backward);
                      }},
-                    {"static", Presence::optional, [&](const SpecCursor& c) {
+                    {"static", Presence::optional,
+                     [&](const SpecCursor& c) {
                        Expression forward;
                        read_dry_friction(c, draft, effort, forward, friction.at_rest_backward);
                        friction.breakaway = forward;
                        static_entry = c;
-                     }}}))
+                     }},
+                    {"offset", Presence::optional,
+                     [&](const SpecCursor& c) { offset = read_number(c, draft, effort, SignConstraint::none); }}}))
     return;
-  if (member.value.node().items.empty()) member.value.fail_expected("'viscous', 'coulomb' or 'static'");
+  if (member.value.node().items.empty()) member.value.fail_expected("'viscous', 'coulomb', 'static' or 'offset'");
   for (const int sign : {1, -1})
     if (friction.static_limit(sign).value() < friction.dry_friction(sign).value())
       static_entry->fail_expected("at least as much as 'coulomb'");
   draft.mechanism().friction.push_back(friction);
+  if (!offset) return;
+  model::SpringOf<Expression> constant;  // a spring in the joint whose effort does not depend on the coordinate
+  constant.name = member.name + ".offset";
+  constant.coordinate = friction.coordinate;
+  constant.preload = -*offset;
+  draft.mechanism().springs.push_back(std::move(constant));
 }
 
 }  // namespace
@@ -286,7 +364,7 @@ void read_springs(const SpecCursor& section, StudyBuilder& draft) {
 
 void read_friction(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member :
-       list_members(section, "a mapping of joint coordinates to friction {viscous, coulomb, static}"))
+       list_members(section, "a mapping of joint coordinates to friction {viscous, coulomb, static, offset}"))
     draft.problems.collect([&] { read_one_friction(member, draft); });
 }
 

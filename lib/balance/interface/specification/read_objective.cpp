@@ -8,6 +8,7 @@
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/motion/simulation/rotor_unbalance.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 
 #include <fmt/format.h>
@@ -297,9 +298,61 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
   return term;
 }
 
+/// What a run must have for an order: a recorded quantity and, for a part, two components.
+void require_order(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
+  if (!results::has_gradients(study.mechanism, term.quantity))
+    at.fail({.expected = "a quantity that runs record, or one of its components", .found = at.describe_found()});
+  std::string mistake;
+  const auto described = results::describe_quantity(study.mechanism, term.quantity, mistake);
+  const bool is_plane_vector = study.mechanism.space == SpaceKind::planar && described && !described->is_scalar;
+  if (term.part != results::OrderPart::whole && !is_plane_vector)
+    at.fail({.expected = fmt::format("a vector in the plane for its {}", results::name_of(term.part)),
+             .found = at.describe_found()});
+}
+
+double read_order_number(const SpecCursor& at) {
+  const std::optional<double> number = study::find_order_number(at.read_word("an order, such as 2 or 1/2"));
+  if (!number) at.fail({.expected = "an order, a number above 0 such as 2 or 1/2", .found = at.describe_found()});
+  return *number;
+}
+
+constexpr std::pair<const char*, results::OrderPart> order_parts[] = {{"order", results::OrderPart::whole},
+                                                                      {"forward_order", results::OrderPart::forward},
+                                                                      {"backward_order", results::OrderPart::backward}};
+
+/// `{order: 2, of: shaking_force, along: run, weight: 2}`, or with forward_order or backward_order.
+ObjectiveTerm read_order_term(const SpecCursor& at, const char* key, results::OrderPart part,
+                              SpecParameters& parameters, const Study& study) {
+  ObjectiveTerm term{.run = ObjectiveTerm::RunMeasure::order};
+  term.part = part;
+  std::optional<SpecCursor> along, of;
+  if (!read_fields(
+          at, fmt::format("a term {{{}: 2, of: shaking_force, along: run}}", key),
+          {{key, Presence::required, [&](const SpecCursor& c) { term.order = read_order_number(c); }},
+           {"of", Presence::required, [&](const SpecCursor& c) { of = c; }},
+           {"along", Presence::optional, [&](const SpecCursor& c) { along = c; }},
+           {"weight", Presence::optional, [&](const SpecCursor& c) { term.weight = read_weight(c, parameters); }}}))
+    throw CascadingError();
+  term.quantity = read_quantity(*of, study);
+  require_order(*of, term, study);
+  term.trajectory = along ? read_trajectory_name(*along, study) : default_trajectory_name(at, study);
+  return term;
+}
+
+/// The name of a rotor's body.
+std::string read_rotor(const SpecCursor& at, const Study& study) {
+  const std::vector<std::string> names = simulation::list_rotor_names(study.mechanism);
+  if (names.empty())
+    at.fail({.expected = "a rotor, a body whose only joint is a revolute one with the ground",
+             .found = "none in the spec"});
+  return names[at.read_choice("a rotor", names)];
+}
+
 /// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
 ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
   if (at.has_entry("mean_plus")) return read_robust_term(at, parameters, study);
+  for (const auto& [key, part] : order_parts)
+    if (at.has_entry(key)) return read_order_term(at, key, part, parameters, study);
   ObjectiveTerm term;
   std::optional<SpecCursor> figure_entry, along_entry, over_entry;
   const auto require_single = [&](const SpecCursor& c) {
@@ -316,13 +369,22 @@ ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameter
            term.run = ObjectiveTerm::RunMeasure::duration;
          else if (c.is_scalar() && c.node().text == "energy")
            term.run = ObjectiveTerm::RunMeasure::energy;
+         else if (c.is_scalar() && c.node().text == "fluctuation")
+           term.run = ObjectiveTerm::RunMeasure::fluctuation;
          else
            term.size = read_size(c);
        }},
       {"along", Presence::optional, [&](const SpecCursor& c) { along_entry = c; }},
       {"over", Presence::optional, [&](const SpecCursor& c) { over_entry = c; }},
       {"weight", Presence::optional, [&](const SpecCursor& c) { term.weight = read_weight(c, parameters); }},
+      {"quality", Presence::optional,
+       [&](const SpecCursor& c) {
+         require_single(c);
+         term.run = ObjectiveTerm::RunMeasure::quality;
+         term.quantity = read_rotor(c, study);
+       }},
       {"mean_plus", Presence::optional, [](const SpecCursor&) {}}};  // named in messages; read above
+  for (const auto& [key, part] : order_parts) fields.push_back({key, Presence::optional, [](const SpecCursor&) {}});
   for (const NamedFigure& one : figure_names)
     fields.push_back({one.name, Presence::optional, [&, one](const SpecCursor& c) {
                         require_single(c);
@@ -367,6 +429,11 @@ const std::vector<NamedFigureTerm>& terms_by_name() {
                                                   {"energy", {.run = Run::energy}},
                                                   {"mobility", {.run = Run::mobility}},
                                                   {"clearance", {.run = Run::clearance}},
+                                                  {"order", {.run = Run::order}},
+                                                  {"forward_order", {.run = Run::order}},
+                                                  {"backward_order", {.run = Run::order}},
+                                                  {"fluctuation", {.run = Run::fluctuation}},
+                                                  {"quality", {.run = Run::quality}},
                                                   {distance_name, {.figure = Statistic::maximum}},
                                                   {"added_mass", {.size = Size::added_mass}},
                                                   {"added_inertia", {.size = Size::added_inertia}},
@@ -443,16 +510,31 @@ class FigureReader {
                       ObjectiveTerm& term) {
     using Run = ObjectiveTerm::RunMeasure;
     const bool is_distance = name == distance_name;
-    const std::size_t required_count = term.run == Run::clearance || is_distance ? 2 : term.run == Run::figure ? 1 : 0;
+    const bool is_order = term.run == Run::order;
+    const std::size_t required_count = term.run == Run::clearance || is_distance || is_order ? 2
+                                       : term.run == Run::figure || term.run == Run::quality ? 1
+                                                                                             : 0;
     const bool is_empty = required_count == 0 && arguments.size() == 1 && arguments[0].text().empty();
     const std::size_t count = is_empty ? 0 : arguments.size();
     if (count < required_count || count > required_count + 1) {
-      const char* form = required_count == 2   ? "(point, point or line, trajectory)"
-                         : required_count == 1 ? "(quantity, trajectory)"
-                                               : "(trajectory)";
+      const char* form = is_order                   ? "(number, quantity, trajectory)"
+                         : term.run == Run::quality ? "(rotor, trajectory)"
+                         : required_count == 2      ? "(point, point or line, trajectory)"
+                         : required_count == 1      ? "(quantity, trajectory)"
+                                                    : "(trajectory)";
       at.fail({.expected = name + form, .found = quote_for_message(at.node().text)});
     }
-    if (required_count == 1) term.quantity = read_quantity(arguments[0].cursor(), study_);
+    if (term.run == Run::quality)
+      term.quantity = read_rotor(arguments[0].cursor(), study_);
+    else if (required_count == 1)
+      term.quantity = read_quantity(arguments[0].cursor(), study_);
+    if (is_order) {
+      for (const auto& [key, part] : order_parts)
+        if (name == key) term.part = part;
+      term.order = read_order_number(arguments[0].cursor());
+      term.quantity = read_quantity(arguments[1].cursor(), study_);
+      require_order(arguments[1].cursor(), term, study_);
+    }
     if (is_distance) {
       read_landmark(arguments[0].cursor(), study_);
       for (const TextPart& end : ends_of_line(arguments[1])) read_landmark(end.cursor(), study_);

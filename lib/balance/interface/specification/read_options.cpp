@@ -80,8 +80,11 @@ std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const 
   draft.problems.collect([&] {
     require_text(text, "speeds");
     const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
-    for (const Member& member :
-         list_named_members(SpecCursor(root, "", draft.problems), "a mapping of speeds", NameForm::simple))
+    const SpecCursor all(root, "", draft.problems);
+    for (const YamlNode& key : root.keys)
+      if (key.text.find(':') != std::string::npos)
+        all.fail({.expected = "a space behind every colon, as in 'v: tool.u'", .found = quote_for_message(text)});
+    for (const Member& member : list_named_members(all, "a mapping of speeds", NameForm::simple))
       draft.problems.collect([&] {
         require_numbers(member);
         speeds.push_back(to_numbers(read_speed(member, use, draft)));

@@ -112,8 +112,8 @@ namespace {
 constexpr std::uintmax_t max_table_bytes = std::uintmax_t{256} << 20;
 constexpr const char* hdf5_signature = "\x89HDF\r\n\x1a\n";
 
-std::vector<std::string> names_of(const std::vector<TableColumn>& columns) {
-  std::vector<std::string> names{"time"};
+std::vector<std::string> names_of(const std::vector<TableColumn>& columns, const TableColumn& argument) {
+  std::vector<std::string> names{argument.name};
   for (const TableColumn& column : columns) names.push_back(column.name);
   return names;
 }
@@ -144,7 +144,7 @@ RawTable load_table(const std::filesystem::path& path, const std::vector<std::st
   return parse_csv(text.str());
 }
 
-/// Index of every column among the possible ones; −1 for the time. @throws TableError
+/// Index of every column among the possible ones; −1 for the argument, the first of the names. @throws TableError
 std::vector<int> find_column_indices(const RawTable& raw, const std::vector<std::string>& names) {
   std::vector<int> indices;
   for (const std::string& column : raw.columns) {
@@ -160,19 +160,21 @@ std::vector<int> find_column_indices(const RawTable& raw, const std::vector<std:
     indices.push_back(index);
   }
   if (std::find(indices.begin(), indices.end(), -1) == indices.end())
-    throw TableError("expected a column 'time', found none");
+    throw TableError(fmt::format("expected a column {}, found none", quote_for_message(names[0])));
   if (indices.size() < 2)
-    throw TableError(fmt::format("expected columns besides 'time' ({}), found none", join_alternatives(names)));
+    throw TableError(fmt::format("expected columns besides {} ({}), found none", quote_for_message(names[0]),
+                                 join_alternatives(names)));
   return indices;
 }
 
-TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std::vector<TableColumn>& possible) {
-  const std::vector<int> indices = find_column_indices(raw, names_of(possible));
+TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std::vector<TableColumn>& possible,
+                      const TableColumn& argument) {
+  const std::vector<int> indices = find_column_indices(raw, names_of(possible, argument));
   TimeTable table;
   std::vector<double> units;
   for (const int index : indices) {
     units.push_back(
-        draft.units.factor(index < 0 ? dimension::time : possible[static_cast<std::size_t>(index)].dimension));
+        draft.units.factor(index < 0 ? argument.dimension : possible[static_cast<std::size_t>(index)].dimension));
     if (index >= 0) table.columns.push_back(index);
   }
   for (const std::vector<double>& numbers : raw.rows) {
@@ -194,16 +196,20 @@ TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std:
 
 }  // namespace
 
-void check_times(const SpecCursor& at, const std::vector<Expression>& time) {
-  for (std::size_t i = 1; i < time.size(); ++i)
-    if (!(time[i].value() > time[i - 1].value()))
-      at.fail({.expected = "increasing times",
-               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i].value(), time[i - 1].value(), i + 1)});
+void check_increasing(const SpecCursor& at, const std::vector<Expression>& values, const TableColumn& argument) {
+  const std::string unit = unit_of_dimension(argument.dimension);
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (!(values[i].value() > values[i - 1].value()))
+      at.fail({.expected =
+                   argument.dimension == dimension::time ? "increasing times" : "increasing values of " + argument.name,
+               .found = fmt::format("{:.9g} {} after {:.9g} {} in row {}", values[i].value(), unit,
+                                    values[i - 1].value(), unit, i + 1)});
 }
 
-TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns) {
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns,
+                            const TableColumn& argument) {
   TimeTable table;
-  std::string what = "a row [time";
+  std::string what = "a row [" + argument.name;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     what += ", " + columns[i].name;
     table.columns.push_back(static_cast<int>(i));
@@ -212,27 +218,28 @@ TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std
     std::vector<Expression> numbers;
     read_each(row.items(what + "]", columns.size() + 1), [&](const SpecCursor& item) {
       const std::size_t i = numbers.size();
-      numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
+      numbers.push_back(read_number(item, draft, i == 0 ? argument.dimension : columns[i - 1].dimension));
     });
     table.time.push_back(numbers[0]);
     table.values.emplace_back(numbers.begin() + 1, numbers.end());
   });
   if (table.time.empty()) at.fail_expected("at least one row");
-  check_times(at, table.time);
+  check_increasing(at, table.time, argument);
   return table;
 }
 
-TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible) {
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible,
+                          const TableColumn& argument) {
   const std::filesystem::path path = find_file(at, draft);
   try {
-    TimeTable table = to_si_table(load_table(path, names_of(possible)), draft, possible);
+    TimeTable table = to_si_table(load_table(path, names_of(possible, argument)), draft, possible, argument);
     if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
-    check_times(at, table.time);
+    check_increasing(at, table.time, argument);
     return table;
   } catch (const TableError& error) {
     at.fail({.message = escape_for_terminal(path.string()) + ": " + error.what(),
-             .expected =
-                 fmt::format("a table with 'time' and some of {}", join_with_conjunction(names_of(possible), "and")),
+             .expected = fmt::format("a table with {} and some of {}", quote_for_message(argument.name),
+                                     join_with_conjunction(names_of(possible, argument), "and")),
              .found = quote_for_message(path.string()),
              .hint = error.what()});
   }

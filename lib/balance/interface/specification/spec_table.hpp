@@ -15,13 +15,19 @@ struct TableColumn {
   Dimension dimension;
 };
 
-/// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
-TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns);
-/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
-TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible);
+/// What the values of most tables depend on.
+inline const TableColumn time_column{"time", dimension::time};
 
-/// Throws a ReadError at `at` unless the times increase.
-void check_times(const SpecCursor& at, const std::vector<Expression>& time);
+/// `[[t, …], …]`, each row an argument and one number per column. Fails unless the arguments increase.
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns,
+                            const TableColumn& argument = time_column);
+/// A file beside the spec with a column of the argument and some of the possible columns, in any order, in the spec's
+/// units.
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible,
+                          const TableColumn& argument = time_column);
+
+/// Throws a ReadError at `at` unless the arguments increase.
+void check_increasing(const SpecCursor& at, const std::vector<Expression>& values, const TableColumn& argument);
 
 /// Content of a file, in the file's units.
 struct RawTable {

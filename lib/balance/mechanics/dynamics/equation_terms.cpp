@@ -114,7 +114,7 @@ VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, dou
   if (forces.is_empty()) return tau;
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
-  forces.subtract(branch_.state(), time, wrenches_, total, loads);
+  forces.subtract(branch_.state(), branch_.y(), time, wrenches_, total, loads);
   compute_wrench_forces(branch_.tree(), branch_.state(), wrenches_, tau.data());
   forces.add_joint_springs(branch_.y(), tau.data());
   return tau;

@@ -16,31 +16,15 @@ kinematics::FixedFrame<S> place_on_body(const kinematics::Tree<S>& tree, BodyId 
   return {frame.node, frame.R_N, frame.p_N + frame.R_N * kinematics::to_vector<S>(point)};
 }
 
-/// Force and moment of a load at a time: linear between its entries, held beyond them.
-template <class T>
-void interpolate_load(const model::LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
-  if (load.time.empty()) {
-    force = load.force[0], moment = load.moment[0];
-    return;
-  }
-  const auto next = std::upper_bound(load.time.begin(), load.time.end(), time);
-  if (next == load.time.begin() || next == load.time.end()) {
-    const std::size_t k = next == load.time.begin() ? 0 : load.time.size() - 1;
-    force = load.force[k], moment = load.moment[k];
-    return;
-  }
-  const std::size_t k = static_cast<std::size_t>(next - load.time.begin());
-  const T fraction = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
-  force = (1 - fraction) * load.force[k - 1] + fraction * load.force[k];
-  moment = (1 - fraction) * load.moment[k - 1] + fraction * load.moment[k];
-}
-
 }  // namespace
 
 template <class S>
 ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const kinematics::Tree<S>& tree) {
   for (const model::LoadOf<Scalar>& load : mechanism.loads)
-    if (load.body != model::ground) loads_.push_back({&load, place_on_body(tree, load.body, load.point)});
+    if (load.body != model::ground)
+      loads_.push_back({model::LoadTable<Scalar>(load),
+                        load.is_over_coordinate() ? &tree.coordinate_expressions[load.coordinate] : nullptr,
+                        place_on_body(tree, load.body, load.point)});
   for (const model::SpringOf<Scalar>& spring : mechanism.springs)
     if (spring.is_joint_spring())
       joint_springs_.push_back({&tree.coordinate_expressions[spring.coordinate], spring.stiffness, spring.preload});
@@ -64,14 +48,14 @@ void ExternalForces<S>::apply(const kinematics::TreeState<S>& state, const kinem
 }
 
 template <class S>
-void ExternalForces<S>::subtract(const kinematics::TreeState<S>& state, const Scalar& time,
+void ExternalForces<S>::subtract(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
                                  std::vector<Wrench<S>>& wrenches, Wrench<S>& total, Wrench<S>& loads) const {
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
-    interpolate_load(*placed.load, time, force, moment);
+    placed.evaluate(y, time, force, moment);
     typename S::Vector f = kinematics::to_vector<S>(force);
     typename S::Angular m = kinematics::to_angular<S>(moment);
-    if (placed.load->frame == model::Frame::body) {
+    if (placed.table.load().frame == model::Frame::body) {
       const typename S::Rotation R = orientation(state, placed.frame);
       f = R * f;
       m = R * m;
@@ -119,13 +103,14 @@ double ExternalForces<S>::length_magnitude(const kinematics::TreeState<S>& state
 
 template <class S>
 template <class Tension, class Add>
-void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const {
+void ExternalForces<S>::visit_magnitudes(const Scalar* y, const Scalar& time, const Tension& tension,
+                                         const Add& add) const {
   const auto visit = [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
     if (frame.node != 0) add(frame, force, moment);
   };
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
-    interpolate_load(*placed.load, time, force, moment);
+    placed.evaluate(y, time, force, moment);
     visit(placed.frame, value_of(force.norm()), value_of(moment.norm()));
   }
   for (const PlacedSpring& spring : springs_) {
@@ -136,10 +121,10 @@ void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tens
 }
 
 template <class S>
-void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time,
+void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
                                        std::vector<ForceMagnitude>& magnitudes) const {
   visit_magnitudes(
-      time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
+      y, time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
       [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         ForceMagnitude& magnitude = magnitudes[static_cast<std::size_t>(frame.node)];
         magnitude.force += force;
@@ -148,10 +133,11 @@ void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, co
 }
 
 template <class S>
-ForceMagnitude ExternalForces<S>::sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time) const {
+ForceMagnitude ExternalForces<S>::sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y,
+                                                 const Scalar& time) const {
   ForceMagnitude sum;
   visit_magnitudes(
-      time,
+      y, time,
       [&](const PlacedSpring& spring) {
         const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
         return std::abs(value_of(length) - value_of(spring.free_length));

@@ -4,6 +4,7 @@
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
 #include "balance/mechanics/model/friction_law.hpp"
+#include "balance/mechanics/model/load_table.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
 #include <algorithm>
@@ -26,11 +27,11 @@ class ExternalForces {
 
   /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are not among
   /// them: like motors and friction, they are part of the joint's reaction.
-  /// @param state poses in the world
+  /// @param state poses in the world @param y tree coordinates, for loads over a coordinate
   /// @param total of loads and springs on the moving bodies: world axes, about the world's origin
   /// @param loads part of it that is due to the loads
-  void subtract(const kinematics::TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
-                Wrench<S>& total, Wrench<S>& loads) const;
+  void subtract(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
+                std::vector<Wrench<S>>& wrenches, Wrench<S>& total, Wrench<S>& loads) const;
 
   /// Adds the generalised forces that balance springs in joint coordinates: stiffness · q − preload.
   /// @param y tree coordinates @param tau per tree coordinate [N m or N]
@@ -41,11 +42,11 @@ class ExternalForces {
 
   /// Adds the magnitudes of the terms of its external wrenches to every node's entry. A spring's tension is a
   /// difference of lengths, which are differences of positions.
-  void add_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time,
+  void add_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
                       std::vector<ForceMagnitude>& magnitudes) const;
   /// Magnitudes of all external wrenches about the world's origin, for sums in which the same wrenches are added and
   /// subtracted.
-  ForceMagnitude sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar& time) const;
+  ForceMagnitude sum_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time) const;
   /// As add_magnitudes(), for add_joint_springs(), per tree coordinate.
   void add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const;
   /// The same for the springs' energy [J].
@@ -53,8 +54,14 @@ class ExternalForces {
 
  private:
   struct PlacedLoad {
-    const model::LoadOf<Scalar>* load;
-    kinematics::FixedFrame<S> frame;  ///< origin at the point of action, axes of the body
+    model::LoadTable<Scalar> table;
+    const kinematics::LinearQuantityOf<Scalar>* coordinate;  ///< the table's argument; null: the time
+    kinematics::FixedFrame<S> frame;                         ///< origin at the point of action, axes of the body
+
+    /// Force and moment in the load's frame.
+    void evaluate(const Scalar* y, const Scalar& time, Vector3Of<Scalar>& force, Vector3Of<Scalar>& moment) const {
+      table.evaluate(coordinate != nullptr ? coordinate->value(y) : time, force, moment);
+    }
   };
   struct PlacedSpring {
     kinematics::FixedFrame<S> first, second;
@@ -71,7 +78,7 @@ class ExternalForces {
   /// Calls add(frame, force, moment) with the magnitudes of every wrench on a moving body.
   /// @param tension of a spring, per unit of its stiffness
   template <class Tension, class Add>
-  void visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const;
+  void visit_magnitudes(const Scalar* y, const Scalar& time, const Tension& tension, const Add& add) const;
   static double length_magnitude(const kinematics::TreeState<S>& state, const PlacedSpring& spring);
   void apply(const kinematics::TreeState<S>& state, const kinematics::FixedFrame<S>& frame,
              const typename S::Vector& force, typename S::Angular moment, std::vector<Wrench<S>>& wrenches,

@@ -144,12 +144,13 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   const std::size_t max_rows = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_tree_.closure_rows);
   x_.assign(max_rows, 0), rates_.assign(max_rows, 0);
   weigh_columns();
-  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0), joint_springs_.assign(n, 0);
+  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0), joint_springs_.assign(n, 0), y_.assign(n, 0);
 }
 
 /// Uses y, because the poses do not determine full turns.
 template <class S>
-void LoopDynamics<S>::update_joint_springs(const double* y) {
+void LoopDynamics<S>::set_coordinates(const double* y) {
+  std::copy_n(y, columns(), y_.data());
   std::fill(joint_springs_.begin(), joint_springs_.end(), 0);
   external_.add_joint_springs(y, joint_springs_.data());
 }
@@ -160,7 +161,7 @@ bool LoopDynamics<S>::solve_dependent(double time, double* y, double* dy) {
   sample_.constraint_time = time;
   if (is_open_tree()) {
     compute_poses(tree_, y, state_);
-    update_joint_springs(y);
+    set_coordinates(y);
     return true;
   }
   const int d = freedoms_, n = columns(), rows = tree_.closure_rows;
@@ -200,7 +201,7 @@ bool LoopDynamics<S>::solve_dependent(double time, double* y, double* dy) {
     if (is_last) {
       for (int c = 0; c < n; ++c) dy[c] = rates_[c];
       for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
-      update_joint_springs(y);
+      set_coordinates(y);
       return true;
     }
     previous_residual = max_residual;
@@ -249,7 +250,7 @@ void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
   }
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
-  if (!external_.is_empty()) external_.subtract(state_, time, wrenches_, total, loads);
+  if (!external_.is_empty()) external_.subtract(state_, y_.data(), time, wrenches_, total, loads);
   inverse_dynamics(tree_, state_, wrenches_, tau_.data());
   for (int c = 0; c < columns(); ++c) tau_[c] += joint_springs_[c];
   if (!frictions_.empty()) add_friction(dy);

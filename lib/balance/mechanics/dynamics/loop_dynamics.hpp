@@ -109,7 +109,7 @@ class LoopDynamics {
     int column;
     double ratio;
   };
-  void update_joint_springs(const double* y);
+  void set_coordinates(const double* y);
   void dependent_poses(const double* y);
   void apply_second_order_correction(double* y);
   void set_unit_rate_rhs(int k, std::vector<double>& rows) const;
@@ -136,7 +136,8 @@ class LoopDynamics {
   kinematics::Drive<S> drive_;  ///< prescribes the independent columns
   std::optional<kinematics::KinematicEquations<S>> equations_;
   ExternalForces<S> external_;
-  std::vector<double> joint_springs_;  ///< their generalised forces at the state last solved
+  std::vector<double> y_;              ///< the tree coordinates last solved
+  std::vector<double> joint_springs_;  ///< the generalised forces of the springs there
   CompositeRigidBodies<S> composite_;
   typename S::Vector gravity_;
   double ground_extent_;  ///< of the ground, in characteristic lengths

@@ -154,7 +154,8 @@ template <class S>
 void SampleEvaluator<S>::balance_forces(const TreeMotion<S>& motion) {
   for (auto& wrench : wrenches_) wrench = {};
   external_total_ = external_loads_ = {};
-  if (!external_.is_empty()) external_.subtract(*state_, motion.time, wrenches_, external_total_, external_loads_);
+  if (!external_.is_empty())
+    external_.subtract(*state_, motion.y, motion.time, wrenches_, external_total_, external_loads_);
   inverse_dynamics(tree_, *state_, wrenches_, tau_.data());
 }
 
@@ -281,7 +282,7 @@ void SampleEvaluator<S>::read_reactions(const TreeMotion<S>& motion, const std::
   if (!tree_.closures.empty()) {
     for (auto& wrench : wrenches_) wrench = {};
     Wrench<S> total, loads;
-    if (!external_.is_empty()) external_.subtract(state, motion.time, wrenches_, total, loads);
+    if (!external_.is_empty()) external_.subtract(state, motion.y, motion.time, wrenches_, total, loads);
     add_closure_wrenches(tree_, state, multipliers, wrenches_, sample_);
     inverse_dynamics(tree_, state, wrenches_, tau_.data());
   }

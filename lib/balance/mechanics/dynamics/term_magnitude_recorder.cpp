@@ -77,7 +77,7 @@ void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& motion, const Sample&
   propagate_motion(motion);
   read_motion(sample);
   for (ForceMagnitude& size : external_magnitudes_) size = {};
-  if (!external_.is_empty()) external_.add_magnitudes(motion.state, motion.time, external_magnitudes_);
+  if (!external_.is_empty()) external_.add_magnitudes(motion.state, motion.y, motion.time, external_magnitudes_);
   propagate_forces(motion);
   add_in_joints(motion, sample);
   compute_sums(motion);
@@ -219,7 +219,7 @@ void TermMagnitudeRecorder<S>::add_in_joints(const TreeMotion<S>& motion, const 
 template <class S>
 void TermMagnitudeRecorder<S>::compute_sums(const TreeMotion<S>& motion) {
   double first_moment = 0, momentum = 0, energy = 0;
-  auto [force, moment] = external_.sum_magnitudes(motion.state, motion.time);
+  auto [force, moment] = external_.sum_magnitudes(motion.state, motion.y, motion.time);
   for (const NodeMagnitudes& node : nodes_) {
     const ForceMagnitude inertia = inertial_magnitude(node);
     force += inertia.force;

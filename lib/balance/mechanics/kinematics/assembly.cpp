@@ -476,6 +476,8 @@ bool may_wind_coordinate(const Mechanism& mechanism, CoordinateId coordinate) {
                       [&](const Disc& disc) { return is_leader(disc.follows); }) &&
          std::none_of(mechanism.springs.begin(), mechanism.springs.end(),
                       [&](const Spring& one) { return one.is_joint_spring() && one.coordinate == coordinate; }) &&
+         std::none_of(mechanism.loads.begin(), mechanism.loads.end(),
+                      [&](const Load& load) { return load.is_over_coordinate() && load.coordinate == coordinate; }) &&
          std::none_of(mechanism.assembly.begin(), mechanism.assembly.end(), [&](const CoordinateValue& given) {
            return given.coordinate == coordinate &&
                   !(given.value > -std::numbers::pi && given.value <= std::numbers::pi);
@@ -523,7 +525,7 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 namespace {
 
 /// Brings angles that were found outside (−π, π] into it, if full turns make no difference: not those that the pose or
-/// a coupling refers to, that a joint spring winds up, or that the spec gives outside it.
+/// a coupling refers to, that a joint spring winds up, that a load depends on, or that the spec gives outside it.
 template <class S>
 void wind_angles(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
                  const DriveSample& target, VectorX& y) {

@@ -213,7 +213,10 @@ void shift_indices(Mechanism& mechanism, int bodies, int coordinates) {
     }
   for (Attachment& attachment : mechanism.attachments) shift_body(attachment.body);
   for (Disc& disc : mechanism.discs) shift_body(disc.body), shift_leader(disc.follows);
-  for (Load& load : mechanism.loads) shift_body(load.body);
+  for (Load& load : mechanism.loads) {
+    shift_body(load.body);
+    if (load.is_over_coordinate()) load.coordinate += coordinates;
+  }
   for (Spring& spring : mechanism.springs) {
     shift_body(spring.first), shift_body(spring.second);
     if (spring.is_joint_spring()) spring.coordinate += coordinates;

@@ -236,16 +236,22 @@ struct DiscOf {
 
 enum class Frame { world, body };
 
-/// An external force and moment on a body, constant (one entry) or piecewise linear in time.
+/// An external force and moment on a body: constant (one entry), or a table over time or over a joint coordinate.
 template <class T>
 struct LoadOf {
   std::string name;
   BodyId body = 0;
   Vector3Of<T> point = Vector3Of<T>::Zero();  ///< where the force acts, in the body's axes [m]
   Frame frame = Frame::world;                 ///< axes in which force and moment are given
-  std::vector<T> time;                        ///< increasing [s], end values held outside; empty for a constant load
-  std::vector<Vector3Of<T>> force;            ///< one entry, or one per time [N]
+  std::vector<T> arguments;                   ///< increasing, of the table [s, rad or m]; empty for a constant load
+  std::vector<Vector3Of<T>> force;            ///< one entry, or one per argument [N]
   std::vector<Vector3Of<T>> moment;           ///< same length as force [N m]
+  CoordinateId coordinate = -1;               ///< the table's argument; −1: the time
+  bool is_periodic = false;  ///< the last entry equals the first, one period later; else end values are held outside
+  bool is_spline = false;    ///< a C² cubic spline between the entries (LoadTable); else straight lines
+
+  bool is_over_time() const { return coordinate < 0 && !arguments.empty(); }
+  bool is_over_coordinate() const { return coordinate >= 0; }
 };
 
 /// A linear spring between a point of each of two bodies, with tension stiffness · (length − free_length). Or a spring

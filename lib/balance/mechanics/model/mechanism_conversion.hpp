@@ -59,8 +59,8 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
   for (const auto& load : from.loads)
-    to.loads.push_back({load.name, load.body, vector(load.point), load.frame, numbers(load.time), vectors(load.force),
-                        vectors(load.moment)});
+    to.loads.push_back({load.name, load.body, vector(load.point), load.frame, numbers(load.arguments),
+                        vectors(load.force), vectors(load.moment), load.coordinate, load.is_periodic, load.is_spline});
   for (const auto& spring : from.springs)
     to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
                           vector(spring.point_second), number(spring.stiffness), number(spring.free_length),

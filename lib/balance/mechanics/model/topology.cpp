@@ -276,6 +276,8 @@ std::vector<bool> find_needed_joints(const Mechanism& mechanism, const std::vect
   for (const Friction& friction : mechanism.friction) mark_needed(friction.coordinate);
   for (const Spring& spring : mechanism.springs)
     if (spring.is_joint_spring()) mark_needed(spring.coordinate);
+  for (const Load& load : mechanism.loads)
+    if (load.is_over_coordinate()) mark_needed(load.coordinate);
   return is_needed;
 }
 

@@ -564,17 +564,24 @@ void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& issue
 namespace {
 
 void check_table(const Load& load, bool planar, ElementValidator& faults) {
-  const std::size_t entries = load.time.empty() ? 1 : load.time.size();
+  const std::size_t entries = load.arguments.empty() ? 1 : load.arguments.size();
   if (load.force.size() != entries || load.moment.size() != entries)
     faults.add(ValidationIssueKind::load_table, "it must have " + std::to_string(entries) +
                                                     " forces and moments, has " + std::to_string(load.force.size()) +
                                                     " and " + std::to_string(load.moment.size()));
-  for (const double time : load.time)
-    if (!faults.check_finite(time, "a time")) return;
-  for (std::size_t k = 1; k < load.time.size(); ++k)
-    if (!(load.time[k] > load.time[k - 1]))
-      return faults.add(ValidationIssueKind::load_table, "its times must increase, " + format_element(load.time[k]) +
-                                                             " follows " + format_element(load.time[k - 1]));
+  for (const double argument : load.arguments)
+    if (!faults.check_finite(argument, "an argument of its table")) return;
+  for (std::size_t k = 1; k < load.arguments.size(); ++k)
+    if (!(load.arguments[k] > load.arguments[k - 1]))
+      return faults.add(ValidationIssueKind::load_table, "the arguments of its table must increase, " +
+                                                             format_element(load.arguments[k]) + " follows " +
+                                                             format_element(load.arguments[k - 1]));
+  const std::size_t distinct = entries - (load.is_periodic ? 1 : 0);
+  if (load.is_periodic &&
+      (entries < 2 || load.force.front() != load.force.back() || load.moment.front() != load.moment.back()))
+    faults.add(ValidationIssueKind::load_table, "a periodic table must end as it starts");
+  if (load.is_periodic && load.is_spline && distinct < 3)
+    faults.add(ValidationIssueKind::load_table, "a closed spline needs three different entries");
   for (const Vector3& force : load.force) faults.check_position(force, planar, "a force");
   for (const Vector3& moment : load.moment)
     if (faults.check_finite(moment, "a moment") && planar && !moment.head<2>().isZero(0))
@@ -595,6 +602,9 @@ void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& issue
     faults.check_position(load.point, planar, "its point");
     if (load.frame != Frame::world && load.frame != Frame::body)
       faults.add(ValidationIssueKind::unknown_value, "its frame must be the world's or the body's");
+    if (load.is_over_coordinate()) faults.check_index(load.coordinate, mechanism.coordinates.size(), "its coordinate");
+    if (load.is_over_coordinate() && load.arguments.empty())
+      faults.add(ValidationIssueKind::load_table, "it depends on a coordinate, but has no table");
     check_table(load, planar, faults);
   }
 }

@@ -23,7 +23,13 @@ constexpr int min_samples_per_period = 4;         ///< of the highest order
 
 std::string format_short(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+std::string format_percentage(double fraction) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", 100 * fraction);
   return text;
 }
 
@@ -80,13 +86,13 @@ void require_repetition(const RunResult& run, const MetricSeries& series, double
   if (error > 0)
     throw std::invalid_argument("the motion does not repeat after " + count_noun(turning.turns, "turn", "turns") +
                                 " of " + turning.coordinate + ": " + series.quantity + " differs by " +
-                                format_short(100 * error) + " % of its range; more turns may make a period");
+                                format_percentage(error) + " % of its range; more turns may make a period");
 }
 
 void require_samples(const RunResult& run, double order, int turns) {
-  const auto needed = static_cast<Eigen::Index>(std::ceil(min_samples_per_period * order * turns)) + 1;
+  const long needed = count_needed_samples(order, turns);
   if (run.time.size() < needed)
-    throw std::invalid_argument("order " + format_short(order) + " needs at least " + std::to_string(needed) +
+    throw std::invalid_argument("order " + format_order(order) + " needs at least " + std::to_string(needed) +
                                 " samples");
 }
 
@@ -108,6 +114,26 @@ void fit_order(const Harmonic& harmonic, Eigen::Index order, const PeriodSamples
 }
 
 }  // namespace
+
+const char* name_of(OrderPart part) {
+  switch (part) {
+    case OrderPart::forward: return "forward order";
+    case OrderPart::backward: return "backward order";
+    case OrderPart::whole: break;
+  }
+  return "order";
+}
+
+bool has_order(double order, int turns) {
+  const double multiple = order * turns;
+  return order > 0 && std::abs(multiple - std::round(multiple)) <= whole_turns_tolerance * multiple;
+}
+
+long count_needed_samples(double order, int turns) {
+  return static_cast<long>(std::ceil(min_samples_per_period * order * turns)) + 1;
+}
+
+std::string format_order(double order) { return format_short(order); }
 
 double QuantityOrders::amplitude(Eigen::Index order, Eigen::Index component) const {
   return std::hypot(cosine(order, component), sine(order, component));
@@ -179,10 +205,11 @@ OrderAnalysis analyse_orders(const RunResult& run, int highest, std::optional<do
   return analysis;
 }
 
-double compute_order_peak(const RunResult& run, const MetricSeries& series, double order) {
+double compute_order_peak(const RunResult& run, const MetricSeries& series, double order, OrderPart part) {
+  if (part != OrderPart::whole && series.count != 2)
+    throw std::invalid_argument(std::string("only a vector in the plane has a ") + name_of(part));
   const UniformTurning turning = find_uniform_turning(run);
-  const double multiple = order * turning.turns;
-  if (std::abs(multiple - std::round(multiple)) > whole_turns_tolerance * multiple)
+  if (!has_order(order, turning.turns))
     throw std::invalid_argument("a run of " + count_noun(turning.turns, "turn", "turns") + " has no order " +
                                 format_short(order));
   require_samples(run, order, turning.turns);
@@ -191,7 +218,10 @@ double compute_order_peak(const RunResult& run, const MetricSeries& series, doub
   const VectorX angle = run.joint_position.col(coordinate_index(run, turning.coordinate));
   QuantityOrders orders = begin_orders(period_of(run, series), 1);
   fit_order(Harmonic(angle, order), 0, period_of(run, series), orders);
-  return suppress_round_off(round_off, orders.peak(0));
+  const RotatingParts parts = part == OrderPart::whole ? RotatingParts{} : split_rotation(orders, 0);
+  return suppress_round_off(round_off, part == OrderPart::whole     ? orders.peak(0)
+                                       : part == OrderPart::forward ? parts.forward
+                                                                    : parts.backward);
 }
 
 RotatingParts split_rotation(const QuantityOrders& orders, Eigen::Index order) {

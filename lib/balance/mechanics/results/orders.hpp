@@ -12,6 +12,12 @@
 
 namespace balance::results {
 
+/// What is meant of an order: all of it, or, of a vector in the plane, its part that turns with θ or against it.
+enum class OrderPart { whole, forward, backward };
+
+/// "order", "forward order", "backward order".
+const char* name_of(OrderPart part);
+
 /// Orders of a scalar or of a vector with all its components.
 struct QuantityOrders {
   std::string quantity;                 ///< "shaking_force", "torque[A]"
@@ -58,10 +64,19 @@ struct Harmonic {
   Harmonic(const VectorX& angle, double order);
 };
 
-/// QuantityOrders::peak() of one order of one quantity of a run; round-off is 0.
+/// QuantityOrders::peak() of one order of one quantity of a run, or the radius of its part (RotatingParts); round-off is 0.
 /// @param order positive, a multiple of the reciprocal of the run's turns
-/// @throws std::invalid_argument as analyse_orders(), or if a run of so many turns does not have the order
-double compute_order_peak(const RunResult& run, const MetricSeries& series, double order);
+/// @throws std::invalid_argument as analyse_orders(), or if a run of so many turns does not have the order, or for a part of
+///         what is no vector in the plane
+double compute_order_peak(const RunResult& run, const MetricSeries& series, double order,
+                          OrderPart part = OrderPart::whole);
+
+/// Whether a run of so many whole turns has an order: a multiple of 1/turns.
+bool has_order(double order, int turns);
+/// Samples that the highest order needs in a run of so many turns, both ends included.
+long count_needed_samples(double order, int turns);
+/// "2", "0.5"
+std::string format_order(double order);
 
 // Rotating parts of a vector in the plane.
 

@@ -1,6 +1,7 @@
 #include "balance/mechanics/results/recorder.hpp"
 
 #include "balance/foundation/base/rotation.hpp"
+#include "balance/mechanics/model/speed_units.hpp"
 
 #include <algorithm>
 
@@ -25,13 +26,6 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
   return false;
 }
 
-/// Whether the term is the velocity of a point or the rate of a slide.
-bool is_length(const Mechanism& mechanism, const model::GeneralisedSpeedTerm& term) {
-  using enum model::GeneralisedSpeedTerm::Kind;
-  if (term.kind != coordinate) return term.kind != angular_velocity && term.kind != angular_velocity_body;
-  return mechanism.coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
-}
-
 }  // namespace
 
 void name_columns(const Mechanism& mechanism, RunResult& result) {
@@ -45,10 +39,7 @@ void name_columns(const Mechanism& mechanism, RunResult& result) {
   for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
   for (const model::GeneralisedSpeed& constraint : mechanism.constraints) {
     result.constraint_names.push_back(constraint.name);
-    const bool is_length_constraint =
-        std::any_of(constraint.terms.begin(), constraint.terms.end(),
-                    [&](const model::GeneralisedSpeedTerm& term) { return is_length(mechanism, term); });
-    result.constraint_units.push_back(is_length_constraint ? "N" : "N m");
+    result.constraint_units.push_back(model::is_length_speed(mechanism, constraint) ? "N" : "N m");
   }
   for (const int actuator : mechanism.actuators) {
     result.actuator_names.push_back(mechanism.coordinates[actuator].name);

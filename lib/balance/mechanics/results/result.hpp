@@ -27,6 +27,7 @@ struct PayloadEvent {
   double speed = 0;          ///< speed of its CoM when moving with the mechanism [m/s]; nonzero speeds cause an impact
   double angular_speed = 0;  ///< angular velocity of its body [rad/s]; 0 if it has no moment of inertia
   VectorX effort_before, effort_after;  ///< per actuator, just before and after [N m or N]
+  std::optional<double> impact_loss;    ///< energy that the impact takes; none where it is not in the motion [J]
 };
 
 /// "taken up" or "set down".

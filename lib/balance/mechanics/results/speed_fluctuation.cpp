@@ -114,8 +114,10 @@ std::optional<SpeedFluctuation> analyse_speed_fluctuation(const RunResult& run, 
   SpeedFluctuation result;
   result.mean_torque = suppress_round_off(column_round_off(run, &RunResult::torque, 0), machine.mean_torque());
   result.energy_range = suppress_round_off(energy_epsilon * machine.mean_energy(), machine.energy_range());
-  if (speeds) result.largest = speeds->first, result.smallest = speeds->second;
-  result.coefficient = machine.coefficient(0);
+  if (speeds) {
+    result.largest = speeds->first, result.smallest = speeds->second;
+    result.coefficient = machine.coefficient(0);
+  }
   if (stated) result.flywheel = machine.find_flywheel(*stated);
   return result;
 }

@@ -3,6 +3,7 @@
 
 #include "balance/mechanics/results/result.hpp"
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -18,11 +19,12 @@ struct UniformTurning {
 /// E(θ) = ½ (J(θ) + flywheel) ω² changes by the mean torque less the torque of loads, weight and springs. Exact where these
 /// depend on θ alone. |ω₀| is the mean of the largest and the smallest speed.
 struct SpeedFluctuation {
-  double mean_torque = 0;            ///< [N m]
-  double energy_range = 0;           ///< largest minus smallest E along the turns, without a flywheel [J]
-  double coefficient = 0;            ///< 2 (ω_max − ω_min)/(ω_max + ω_min) without a flywheel
-  double largest = 0, smallest = 0;  ///< speeds without a flywheel, as magnitudes [rad/s]
-  std::optional<double> flywheel;    ///< inertia at the coordinate for a stated coefficient [kg m²]; 0: none is needed
+  double mean_torque = 0;   ///< [N m]
+  double energy_range = 0;  ///< largest minus smallest E along the turns, without a flywheel [J]
+  /// Without a flywheel; NaN if the machine comes to rest: 2 (ω_max − ω_min)/(ω_max + ω_min), and the speeds as magnitudes
+  /// [rad/s].
+  double coefficient = std::numeric_limits<double>::quiet_NaN(), largest = coefficient, smallest = coefficient;
+  std::optional<double> flywheel;  ///< inertia at the coordinate for a stated coefficient [kg m²]; 0: none is needed
 };
 
 /// @param turning of the run, whose quantities repeat

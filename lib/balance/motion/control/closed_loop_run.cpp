@@ -8,6 +8,7 @@
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
+#include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/recorder.hpp"
 #include "balance/mechanics/results/round_off.hpp"
@@ -253,6 +254,9 @@ class ClosedLoopRun {
     for (std::size_t e = 0; e < events_.size(); ++e) {
       if (!advance_to_event(e, done_rows)) break;
     }
+    std::erase_if(result_.payload_events, [&](const results::PayloadEvent& change) {
+      return change.effort_after.size() != efforts_.size();  // the run ended there
+    });
     if (done_rows < samples_) {
       truncate_rows(done_rows, result_);
       truncate_rows(static_cast<long>(intermediate_samples_.next_sample.size()), intermediate_samples_.rows);
@@ -367,6 +371,19 @@ class ClosedLoopRun {
       if (std::find(plant_notes_.begin(), plant_notes_.end(), note) == plant_notes_.end()) plant_notes_.push_back(note);
   }
 
+  /// Lists what changes at the beginning of the present interval, before the rates jump.
+  void add_payload_events(double time, const VectorX& position, const VectorX& velocity) {
+    const std::vector<results::BodyMotion> motions =
+        results::body_motions_at(mechanism_, position, velocity, VectorX::Zero(position.size()));
+    const auto payload_motion = [&](std::size_t a) {
+      const Attachment& payload = mechanism_.attachments[a];
+      const results::BodyMotion& body = motions[static_cast<std::size_t>(payload.body)];
+      return simulation::PayloadMotion{body.point_velocity(payload.position).norm(), body.angular_velocity.norm()};
+    };
+    simulation::add_payload_changes(mechanism_, intervals_, {time, interval_ - 1, interval_, efforts_, VectorX()},
+                                    payload_motion, result_);
+  }
+
   /// Takes up and sets down payloads: the rates jump, and a plant with other masses goes on. Both sides are recorded.
   bool change_payloads(std::size_t e) {
     const double time = events_[e].time;
@@ -382,6 +399,8 @@ class ClosedLoopRun {
     }
     const VectorX position = plant_->position();
     VectorX velocity = plant_->velocity();
+    const std::size_t first_event = result_.payload_events.size();
+    add_payload_events(intervals_.switch_times()[static_cast<std::size_t>(interval) - 1], position, velocity);
     double energy_loss = 0;
     if (takes_up) {
       PayloadImpact impact = take_up_payloads(before, after, time, position, velocity);
@@ -389,6 +408,8 @@ class ClosedLoopRun {
       velocity = std::move(impact.velocity);
       energy_loss = impact.energy_loss;
     }
+    for (std::size_t k = first_event; k < result_.payload_events.size(); ++k)
+      result_.payload_events[k].impact_loss = result_.payload_events[k].taken_up ? energy_loss : 0;
     payload_notes_.push_back(describe_impact(mechanism_, intervals_, interval, time, energy_loss));
     keep_plant_notes();
     past_term_sizes_.emplace_back(plant_->term_sizes(), plant_->term_sizes_over_mobility());
@@ -429,6 +450,8 @@ class ClosedLoopRun {
       saturated_ = law_.saturation();
       if (e > 0 && !event.on_sample) write(intermediate_samples_.rows, intermediate_samples_.add(event.sample), e);
     }
+    for (results::PayloadEvent& change : result_.payload_events)
+      if (change.effort_after.size() == 0) change.effort_after = efforts_;
     if (!event.on_sample) return true;
     write(result_, event.sample, e);
     done_rows = event.sample + 1;
@@ -467,13 +490,7 @@ class ClosedLoopRun {
       over_mobility.raise_to(past_over_mobility, 1);
     }
     set_round_off(result_, sizes, over_mobility);
-    const auto count = static_cast<Eigen::Index>(law_.sliding_coordinates().size());
-    result_.round_off.sliding_variable.setZero(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const int c = law_.sliding_coordinates()[static_cast<std::size_t>(i)];
-      result_.round_off.sliding_variable[i] =
-          result_.round_off.velocity[c] + law_.sliding_lambda()[i] * result_.round_off.position[c];
-    }
+    result_.round_off.sliding_variable = law_.sliding_round_off(result_.round_off.position, result_.round_off.velocity);
   }
 
   const Mechanism& mechanism_;
@@ -528,10 +545,9 @@ RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& tra
 void ClosedLoopRecorder::allocate_rows(long rows, const Vector3& about, RunResult& result) const {
   name_columns(mechanism_, result);
   const bool has_desired_motion = desired_.outcome.status == MotionStatus::done;
-  for (const int c : law_.sliding_coordinates()) {
-    const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
-    result.sliding_names.push_back(coordinate.name);
-    result.sliding_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad/s" : "m/s");
+  for (const SlidingQuantity& quantity : law_.sliding_quantities()) {
+    result.sliding_names.push_back(quantity.name);
+    result.sliding_units.push_back(quantity.is_length ? "m/s" : "rad/s");
   }
   result.moment_reference = about;
   results::resize_arrays(mechanism_, rows, {.control = true, .tracking = has_desired_motion}, result);
@@ -562,12 +578,7 @@ void ClosedLoopRecorder::write_tracking_errors(Eigen::Index event) {
         std::find(motors.begin(), motors.end(), static_cast<int>(i)) == motors.end())
       error = std::remainder(error, 2 * std::numbers::pi);
   }
-  s.sliding_variable.resize(static_cast<Eigen::Index>(law_.sliding_coordinates().size()));
-  for (std::size_t i = 0; i < law_.sliding_coordinates().size(); ++i) {
-    const Eigen::Index c = law_.sliding_coordinates()[i], k = static_cast<Eigen::Index>(i);
-    s.sliding_variable[k] =
-        s.velocity[c] - desired_.velocity(event, c) - law_.sliding_lambda()[k] * s.tracking_error[c];
-  }
+  s.sliding_variable = law_.sliding_variables(desired_state_at(desired_, event), s.position, s.velocity);
   if (!mechanism_.tool) return;
   s.desired_tool_position = desired_.tool_position.row(event);
   s.tool_error = s.desired_tool_position - s.tool_position;

@@ -203,13 +203,17 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
     throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
-  if (!controller.speeds.empty()) task_.emplace(model, controller.speeds);
+  if (!controller.speeds.empty()) {
+    if (const std::string reason = study::why_no_speeds(controller.type); !reason.empty())
+      throw std::invalid_argument(reason);
+    task_.emplace(model, controller.speeds);
+  }
   const Eigen::Index controlled = task_ ? task_->size() : actuators;
   check_size(controller.kp, controlled, "kp");
   check_size(controller.kd, controlled, "kd");
-  check_size(controller.lambda, extended ? 1 : actuators, "lambda");
-  check_size(controller.switching_gain, extended ? 1 : actuators, "k");
-  check_size(controller.boundary_layer, extended ? 1 : actuators, "boundary layer");
+  check_size(controller.lambda, extended ? 1 : controlled, "lambda");
+  check_size(controller.switching_gain, extended ? 1 : controlled, "k");
+  check_size(controller.boundary_layer, extended ? 1 : controlled, "boundary layer");
   check_size(controller.torque_limit, actuators, "torque limit");
   efforts_.setZero(actuators);
   saturation_.setZero(actuators);
@@ -240,7 +244,7 @@ MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity
   state_ = model_.position();
   rates_ = model_.velocity();
   const int motors = static_cast<int>(mechanism_.actuators.size());
-  if (motors == 0 || (motors < model_.freedoms() && is_inverse_dynamics_based(controller_)))
+  if (motors == 0 || (motors < model_.freedoms() && (task_ || is_inverse_dynamics_based(controller_))))
     return {MotionStatus::mismatch,
             0,
             "a " + std::string(controller_type_name(controller_.type)) +
@@ -274,8 +278,8 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
   if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
     // Without a motion to follow, only the start is known.
     const std::vector<DesiredState> start_states = {{state_, rates_, VectorX::Zero(state_.size())}};
-    const PdGains gains =
-        default_pd_gains(*model_mechanism_, controller_, basis.along.empty() ? start_states : basis.along);
+    const PdGains gains = default_pd_gains(*model_mechanism_, controller_,
+                                           basis.along.empty() ? start_states : basis.along, task_ ? &*task_ : nullptr);
     kp_ = gains.kp;
     kd_ = gains.kd;
     notes_ = gains.notes;
@@ -283,18 +287,25 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
   if (controller_.kp.size() > 0) kp_ = controller_.kp;
   if (controller_.kd.size() > 0) kd_ = controller_.kd;
   if (controller_.type == ControllerType::sliding_mode) {
-    sliding_ = mechanism_.actuators;
+    if (!task_) sliding_ = mechanism_.actuators;
   } else if (controller_.type == ControllerType::extended_sliding_mode) {
     for (const int c : model_.tree())
       if (is_assembly_independent_[static_cast<std::size_t>(c)]) sliding_.push_back(c);
   }
-  const auto count = static_cast<Eigen::Index>(sliding_.size());
+  const auto count = static_cast<Eigen::Index>(sliding_quantities().size());
   lambda_ = VectorX::Constant(count, frequency);
   if (controller_.lambda.size() > 0)
     lambda_ = controller_.lambda.size() == count ? controller_.lambda : VectorX::Constant(count, controller_.lambda[0]);
   k_ = controller_.switching_gain;
   if (k_.size() > 0) return make_done();
-  // A quarter of the largest acceleration among motors of the kind: enough for model errors of that size.
+  k_ = task_ ? default_task_switching_gains(basis) : default_switching_gains(basis);
+  return make_done();
+}
+
+/// A quarter of the largest acceleration among motors of the kind: enough for model errors of that size.
+VectorX ControlLaw::default_switching_gains(const GainDesignMotion& basis) const {
+  const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  const double frequency = controller_.natural_frequency();
   const bool extended = controller_.type == ControllerType::extended_sliding_mode;
   double max_accelerations[2] = {frequency * frequency / 1000,
                                  frequency * frequency / 1000};  // angles; slides per length
@@ -305,13 +316,63 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
     double& max_acceleration = max_accelerations[is_slide && !extended ? 1 : 0];
     max_acceleration = std::max(max_acceleration, basis.peak_acceleration[a] / (is_slide ? length_ : 1) / 4);
   }
-  k_ = VectorX::Constant(extended ? 1 : actuators, max_accelerations[0]);
-  if (extended) return make_done();
+  VectorX gains = VectorX::Constant(extended ? 1 : actuators, max_accelerations[0]);
+  if (extended) return gains;
   for (Eigen::Index a = 0; a < actuators; ++a)
     if (mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
         CoordinateKind::length)
-      k_[a] = max_accelerations[1] * length_;
-  return make_done();
+      gains[a] = max_accelerations[1] * length_;
+  return gains;
+}
+
+/// The same among speeds of the kind.
+VectorX ControlLaw::default_task_switching_gains(const GainDesignMotion& basis) const {
+  const double frequency = controller_.natural_frequency();
+  double max_accelerations[2] = {frequency * frequency / 1000, frequency * frequency / 1000 * length_};
+  for (const DesiredState& state : basis.along) {
+    const VectorX accelerations = task_->accelerations(state.position, state.velocity, state.acceleration);
+    for (Eigen::Index i = 0; i < task_->size(); ++i) {
+      double& max_acceleration = max_accelerations[task_->is_length(i) ? 1 : 0];
+      max_acceleration = std::max(max_acceleration, std::abs(accelerations[i]) / 4);
+    }
+  }
+  VectorX gains(task_->size());
+  for (Eigen::Index i = 0; i < task_->size(); ++i) gains[i] = max_accelerations[task_->is_length(i) ? 1 : 0];
+  return gains;
+}
+
+std::vector<SlidingQuantity> ControlLaw::sliding_quantities() const {
+  std::vector<SlidingQuantity> quantities;
+  if (task_ && controller_.type == ControllerType::sliding_mode)
+    for (Eigen::Index i = 0; i < task_->size(); ++i) quantities.push_back({task_->name(i), task_->is_length(i)});
+  for (const CoordinateId c : sliding_)
+    quantities.push_back(
+        {mechanism_.coordinates[static_cast<std::size_t>(c)].name, is_length_coordinate(mechanism_, c)});
+  return quantities;
+}
+
+VectorX ControlLaw::sliding_variables(const DesiredState& desired, const VectorX& position,
+                                      const VectorX& velocity) const {
+  if (task_ && controller_.type == ControllerType::sliding_mode)
+    return task_->rates(position, velocity) - task_->rates(desired.position, desired.velocity) -
+           lambda_.cwiseProduct(task_->errors(desired.position, position));
+  VectorX values(static_cast<Eigen::Index>(sliding_.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const CoordinateId c = sliding_[static_cast<std::size_t>(i)];
+    values[i] = velocity[c] - desired.velocity[c] - lambda_[i] * coordinate_error(c, desired.position[c] - position[c]);
+  }
+  return values;
+}
+
+VectorX ControlLaw::sliding_round_off(const VectorX& position, const VectorX& velocity) const {
+  if (task_ && controller_.type == ControllerType::sliding_mode)
+    return task_->bound_changes(velocity) + lambda_.cwiseProduct(task_->bound_changes(position));
+  VectorX values(static_cast<Eigen::Index>(sliding_.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const CoordinateId c = sliding_[static_cast<std::size_t>(i)];
+    values[i] = velocity[c] + lambda_[i] * position[c];
+  }
+  return values;
 }
 
 /// Minimum-norm motion of the coordinates that follow none, for given motions of the actuated ones.
@@ -357,17 +418,11 @@ MotionOutcome ControlLaw::compute_efforts(double time, const DesiredState& desir
   switch (controller_.type) {
     case ControllerType::none: break;
     case ControllerType::open_loop: is_solved = apply_open_loop(time, desired); break;
-    case ControllerType::pd: {
-      const TrackingErrors e = actuated_errors(desired, position, velocity);
-      if (controller_.gravity == study::GravityCompensation::compensated)
-        is_solved = compensate_gravity(time, position);
-      efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
-      break;
-    }
+    case ControllerType::pd: is_solved = apply_pd(time, desired, position, velocity); break;
     case ControllerType::computed_torque: is_solved = apply_computed_torque(time, desired, position, velocity); break;
     case ControllerType::sliding_mode:
       failure_ = update_model(time, position, velocity);
-      is_solved = failure_.status == MotionStatus::done && apply_sliding_mode(desired, position, velocity);
+      is_solved = failure_.status == MotionStatus::done && apply_sliding_mode(time, desired, position, velocity);
       break;
     case ControllerType::extended_sliding_mode:
       failure_ = update_model(time, position, velocity);
@@ -462,31 +517,54 @@ bool ControlLaw::apply_computed_torque(double time, const DesiredState& desired,
                                        const VectorX& velocity) {
   failure_ = update_model(time, position, velocity);
   if (failure_.status != MotionStatus::done) return false;
-  if (task_) return apply_computed_torque_in_speeds(time, desired);
-  const TrackingErrors e = actuated_errors(desired, position, velocity);
-  return add_acceleration_efforts(e.acceleration + kd_.cwiseProduct(e.rate) + kp_.cwiseProduct(e.position));
+  const TrackingErrors e = task_ ? task_errors(desired) : actuated_errors(desired, position, velocity);
+  const VectorX v = e.acceleration + kd_.cwiseProduct(e.rate) + kp_.cwiseProduct(e.position);
+  return task_ ? add_task_acceleration_efforts(time, v) : add_acceleration_efforts(v);
 }
 
-/// The same for the quantities x whose rates p = ẋ are the controller's speeds: ṗ = p_d' + K_d (p_d − p) + K_p (x_d − x).
-/// With ṗ = W ν̇ + N, N at zero accelerations of the independent coordinates.
-bool ControlLaw::apply_computed_torque_in_speeds(double time, const DesiredState& desired) {
-  const dynamics::Transformation motion = model_.transformation();
-  MatrixX W(task_->size(), motion.matrix.cols());
-  for (Eigen::Index k = 0; k < W.cols(); ++k) W.col(k) = task_->rates(state_, motion.matrix.col(k));
-  const VectorX rate_error = task_->rates(desired.position, desired.velocity) - task_->rates(state_, rates_);
-  const VectorX target = task_->accelerations(desired.position, desired.velocity, desired.acceleration) +
-                         kd_.cwiseProduct(rate_error) + kp_.cwiseProduct(task_->errors(desired.position, state_)) -
-                         task_->accelerations(state_, rates_, motion.bias);
+/// Errors of the quantities x whose rates p = ẋ are the controller's speeds, at the model's state.
+ControlLaw::TrackingErrors ControlLaw::task_errors(const DesiredState& desired) const {
+  return {task_->errors(desired.position, state_),
+          task_->rates(desired.position, desired.velocity) - task_->rates(state_, rates_),
+          task_->accelerations(desired.position, desired.velocity, desired.acceleration)};
+}
+
+/// W in p = W ν, for the rates ν of the model's independent coordinates.
+MatrixX ControlLaw::task_directions() { return task_->directions(state_, model_.transformation().matrix); }
+
+/// Adds efforts that give the speeds these derivatives ṗ = W ν̇ + N at the model's state, N at zero ν̇.
+bool ControlLaw::add_task_acceleration_efforts(double time, const VectorX& accelerations) {
+  const VectorX bias = task_->accelerations(state_, rates_, model_.transformation().bias);
   VectorX rate_change;
-  if (!solve_full_row_rank(W, target, rate_change)) {
-    failure_ = {
-        MotionStatus::drive_singularity,
-        time,
-        trajectory::format_time_prefix(time) + "the controller's speeds do not determine the motion of the mechanism",
-        {}};
-    return false;
+  if (solve_full_row_rank(task_directions(), accelerations - bias, rate_change))
+    return add_independent_acceleration_efforts(rate_change);
+  failure_ = {
+      MotionStatus::drive_singularity,
+      time,
+      trajectory::format_time_prefix(time) + "the controller's speeds do not determine the motion of the mechanism",
+      {}};
+  return false;
+}
+
+/// Springs and dampers between desired and actual coordinates, or quantities x: Wᵀ F is their force at the rates ν.
+bool ControlLaw::apply_pd(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity) {
+  const bool is_compensated = controller_.gravity == study::GravityCompensation::compensated;
+  if (!task_) {
+    const TrackingErrors e = actuated_errors(desired, position, velocity);
+    if (is_compensated && !compensate_gravity(time, position)) return false;
+    efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
+    return true;
   }
-  return add_independent_acceleration_efforts(rate_change);
+  failure_ = update_model(time, position, velocity);
+  if (failure_.status != MotionStatus::done) return false;
+  const TrackingErrors e = task_errors(desired);
+  VectorX forces = task_directions().transpose() * (kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate));
+  if (is_compensated) {
+    failure_ = update_model(time, position, VectorX::Zero(velocity.size()));
+    if (failure_.status != MotionStatus::done) return false;
+    forces += model_.equation().bias;
+  }
+  return add_generalised_forces(forces);
 }
 
 /// sign(s), or its linear version inside the boundary layer.
@@ -498,13 +576,21 @@ double ControlLaw::switching_function(double s, Eigen::Index layer, double unit)
   return s > 0 ? 1 : s < 0 ? -1 : 0;
 }
 
-/// P0 eq. 47 for every actuated coordinate.
-bool ControlLaw::apply_sliding_mode(const DesiredState& desired, const VectorX& position, const VectorX& velocity) {
-  const TrackingErrors e = actuated_errors(desired, position, velocity);
+/// P0 eq. 47 for every actuated coordinate, or for every speed.
+bool ControlLaw::apply_sliding_mode(double time, const DesiredState& desired, const VectorX& position,
+                                    const VectorX& velocity) {
+  const TrackingErrors e = task_ ? task_errors(desired) : actuated_errors(desired, position, velocity);
   VectorX v = e.acceleration + lambda_.cwiseProduct(e.rate);
   for (Eigen::Index a = 0; a < v.size(); ++a)
     v[a] -= k_[a] * switching_function(-(e.rate[a] + lambda_[a] * e.position[a]), a, 1);
-  return add_acceleration_efforts(v);
+  return task_ ? add_task_acceleration_efforts(time, v) : add_acceleration_efforts(v);
+}
+
+/// Whole turns of a coordinate without a motor do not count: it is computed from poses, not driven.
+double ControlLaw::coordinate_error(CoordinateId c, double difference) const {
+  const bool is_actuated =
+      std::find(mechanism_.actuators.begin(), mechanism_.actuators.end(), c) != mechanism_.actuators.end();
+  return is_length_coordinate(mechanism_, c) || is_actuated ? difference : wrap_angle(difference);
 }
 
 /// Errors of the tree's coordinates at the model's state. A coordinate without a measurement (of a spherical joint) has
@@ -512,13 +598,7 @@ bool ControlLaw::apply_sliding_mode(const DesiredState& desired, const VectorX& 
 ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired,
                                                    const dynamics::Transformation& tree) const {
   const std::vector<CoordinateId>&columns = model_.tree(), &independent = model_.independent();
-  const auto error = [&](int c) {
-    const double e = desired.position[c] - state_[c];
-    const bool is_actuated =
-        std::find(mechanism_.actuators.begin(), mechanism_.actuators.end(), c) != mechanism_.actuators.end();
-    const bool is_angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
-    return is_angle && !is_actuated ? wrap_angle(e) : e;
-  };
+  const auto error = [&](CoordinateId c) { return coordinate_error(c, desired.position[c] - state_[c]); };
   const auto d = static_cast<Eigen::Index>(independent.size()), n = static_cast<Eigen::Index>(columns.size());
   TrackingErrors independent_errors{VectorX::Zero(d), VectorX::Zero(d), VectorX::Zero(d)};
   for (Eigen::Index i = 0; i < d; ++i) {

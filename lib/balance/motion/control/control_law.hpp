@@ -63,6 +63,12 @@ struct GainDesignMotion {
   std::vector<DesiredState> along;  ///< the motion at some of its times
 };
 
+/// Has a sliding variable.
+struct SlidingQuantity {
+  std::string name;
+  bool is_length = false;
+};
+
 /// Whether the controller computes efforts by inverse dynamics, which fails in singular configurations.
 bool is_inverse_dynamics_based(const Controller& controller);
 
@@ -93,9 +99,13 @@ class ControlLaw {
   const VectorX& efforts() const { return efforts_; }        ///< per actuator, limited [N m or N]
   const VectorX& saturation() const { return saturation_; }  ///< 1 where the limit was active, else 0
 
-  /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; empty for laws without one.
-  const std::vector<CoordinateId>& sliding_coordinates() const { return sliding_; }
-  const VectorX& sliding_lambda() const { return lambda_; }
+  /// The coordinates or speeds that have a sliding variable s = −(ė + λ e); empty for laws without one.
+  std::vector<SlidingQuantity> sliding_quantities() const;
+  /// Their s at a state of the mechanism. The centre of mass in a speed is that of the model.
+  /// @param position, velocity per coordinate of the mechanism
+  VectorX sliding_variables(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
+  /// Round-off of these, for that of coordinates and their rates.
+  VectorX sliding_round_off(const VectorX& position, const VectorX& velocity) const;
 
   /// Notes on the gains for the user.
   const std::vector<std::string>& notes() const { return notes_; }
@@ -106,19 +116,25 @@ class ControlLaw {
   };
 
   MotionOutcome set_gains(const GainDesignMotion& basis);
+  VectorX default_switching_gains(const GainDesignMotion& basis) const;
+  VectorX default_task_switching_gains(const GainDesignMotion& basis) const;
+  double coordinate_error(CoordinateId c, double difference) const;
   void compute_coupling_map();
   MotionOutcome update_model(double time, const VectorX& position, const VectorX& velocity);
   TrackingErrors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
   TrackingErrors tree_errors(const DesiredState& desired, const dynamics::Transformation& tree) const;
   bool add_acceleration_efforts(const VectorX& actuated);
   bool add_independent_acceleration_efforts(const VectorX& independent);
-  bool apply_computed_torque_in_speeds(double time, const DesiredState& desired);
+  MatrixX task_directions();
+  TrackingErrors task_errors(const DesiredState& desired) const;
+  bool add_task_acceleration_efforts(double time, const VectorX& accelerations);
+  bool apply_pd(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
   bool add_generalised_forces(const VectorX& generalised);
   bool distribute(const MatrixX& input, const VectorX& forces);
   bool compensate_gravity(double time, const VectorX& position);
   bool apply_computed_torque(double time, const DesiredState& desired, const VectorX& position,
                              const VectorX& velocity);
-  bool apply_sliding_mode(const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+  bool apply_sliding_mode(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
   bool apply_extended_sliding_mode(const DesiredState& desired);
   bool apply_open_loop(double time, const DesiredState& desired);
   double switching_function(double s, Eigen::Index layer, double unit) const;

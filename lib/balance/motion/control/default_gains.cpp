@@ -23,10 +23,11 @@ constexpr double max_frequency_times_period = 1;  // bound on ω · period
 
 /// The loop at one state of the motion, for small deviations x = (δq, δν) of the independent coordinates.
 struct OperatingPoint {
-  VectorX inertia;           ///< at each motor alone
+  VectorX inertia;           ///< of each controlled quantity alone
   MatrixX plant;             ///< 2d×2d: ẋ = plant · x + input · δu
   MatrixX input;             ///< 2d×A
-  MatrixX output;            ///< A×d: the motors' coordinates
+  MatrixX output;            ///< C×d: the controlled quantities
+  MatrixX actuation;         ///< A×C: efforts that are equivalent to forces on the controlled quantities
   MatrixX gravity_feedback;  ///< A×d: derivative of the efforts that hold the model with respect to the pose
 };
 
@@ -55,9 +56,10 @@ double spectral_radius(MatrixX A) {
 
 class LinearisedPlant {
  public:
-  LinearisedPlant(const Mechanism& believed, const Controller& controller)
+  LinearisedPlant(const Mechanism& believed, const Controller& controller, const TaskSpeeds* task)
       : mechanism_(frictionless(believed)),
         controller_(controller),
+        task_(task),
         length_(characteristic_length(believed)),
         model_(mechanism_, {.preferred = mechanism_.actuators}) {}
 
@@ -74,8 +76,13 @@ class LinearisedPlant {
     const Eigen::LLT<MatrixX> mass(equation.mass);
     if (mass.info() != Eigen::Success) return {};
     const MatrixX input_acceleration = mass.solve(equation.input);
-    point.inertia = (equation.input.transpose() * input_acceleration).diagonal().cwiseInverse();
+    point.output = controlled_rows(state, transformation.matrix);
+    const MatrixX forces = point.output.transpose();
+    point.inertia = (point.output * mass.solve(forces)).diagonal().cwiseInverse();
     if (motors < d) return point;
+    point.actuation = task_ == nullptr
+                          ? MatrixX(MatrixX::Identity(motors, motors))
+                          : MatrixX(numerics::CompleteOrthogonalDecomposition(equation.input).solve(forces));
     VectorX rate_change(d);
     for (Eigen::Index k = 0; k < d; ++k) rate_change[k] = state.acceleration[independent[static_cast<std::size_t>(k)]];
     const VectorX efforts =
@@ -84,9 +91,6 @@ class LinearisedPlant {
     point.plant.topRightCorner(d, d).setIdentity();
     point.input = MatrixX::Zero(2 * d, motors);
     point.input.bottomRows(d) = input_acceleration;
-    point.output.resize(motors, d);
-    for (Eigen::Index a = 0; a < motors; ++a)
-      point.output.row(a) = transformation.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
     point.gravity_feedback = MatrixX::Zero(motors, d);
     for (Eigen::Index k = 0; k < d; ++k) {
       const double step = difference_step * unit(independent[static_cast<std::size_t>(k)]);
@@ -110,6 +114,15 @@ class LinearisedPlant {
   }
 
  private:
+  /// Rates of the controlled quantities for each column of motions.
+  MatrixX controlled_rows(const DesiredState& state, const MatrixX& motions) const {
+    if (task_ != nullptr) return task_->directions(state.position, motions);
+    MatrixX rows(static_cast<Eigen::Index>(mechanism_.actuators.size()), motions.cols());
+    for (Eigen::Index a = 0; a < rows.rows(); ++a)
+      rows.row(a) = motions.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    return rows;
+  }
+
   static Mechanism frictionless(Mechanism mechanism) {
     mechanism.friction.clear();
     return mechanism;
@@ -140,6 +153,7 @@ class LinearisedPlant {
 
   const Mechanism mechanism_;
   const Controller& controller_;
+  const TaskSpeeds* task_;
   double length_;
   dynamics::ForwardDynamics model_;
 };
@@ -147,24 +161,25 @@ class LinearisedPlant {
 /// Spectral radius of the map (x, last measured position) → the same one period later, with efforts held.
 double compute_closed_loop_spectral_radius(const OperatingPoint& point, const Controller& controller, const VectorX& kp,
                                            const VectorX& kd) {
-  const Eigen::Index n = point.plant.rows(), d = n / 2, motors = point.input.cols();
+  const Eigen::Index n = point.plant.rows(), d = n / 2, motors = point.input.cols(), controlled = point.output.rows();
   MatrixX augmented = MatrixX::Zero(n + motors, n + motors);
   augmented.topLeftCorner(n, n) = point.plant * controller.period;
   augmented.topRightCorner(n, motors) = point.input * controller.period;
   const MatrixX transition = compute_matrix_exponential(augmented);
   const bool uses_difference = controller.measurement.velocity == study::VelocitySource::difference;
-  MatrixX feedback = MatrixX::Zero(motors, n + motors);
-  feedback.leftCols(d) = point.gravity_feedback - MatrixX(kp.asDiagonal()) * point.output;
+  const MatrixX damping = point.actuation * kd.asDiagonal();
+  MatrixX feedback = MatrixX::Zero(motors, n + controlled);
+  feedback.leftCols(d) = point.gravity_feedback - point.actuation * kp.asDiagonal() * point.output;
   if (uses_difference) {
-    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * point.output / controller.period;
-    feedback.rightCols(motors) = MatrixX(kd.asDiagonal()) / controller.period;
+    feedback.leftCols(d) -= damping * point.output / controller.period;
+    feedback.rightCols(controlled) = damping / controller.period;
   } else {
-    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * point.output);
+    feedback.middleCols(d, d) = -damping * point.output;
   }
-  MatrixX period_map = MatrixX::Zero(n + motors, n + motors);
+  MatrixX period_map = MatrixX::Zero(n + controlled, n + controlled);
   period_map.topRows(n) = transition.block(0, n, n, motors) * feedback;
   period_map.topLeftCorner(n, n) += transition.topLeftCorner(n, n);
-  period_map.bottomLeftCorner(motors, d) = point.output;
+  period_map.bottomLeftCorner(controlled, d) = point.output;
   return spectral_radius(period_map);
 }
 
@@ -180,14 +195,14 @@ std::string other_bandwidth(const Controller& controller, double frequency) {
 }  // namespace
 
 PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
-                         const std::vector<DesiredState>& states) {
-  LinearisedPlant model(believed, controller);
+                         const std::vector<DesiredState>& states, const TaskSpeeds* task) {
+  LinearisedPlant model(believed, controller, task);
   std::vector<OperatingPoint> operating_points;
   for (const DesiredState& state : states)
     if (std::optional<OperatingPoint> point = model.linearise(state)) operating_points.push_back(std::move(*point));
-  const auto motors = static_cast<Eigen::Index>(believed.actuators.size());
+  const Eigen::Index controlled = task != nullptr ? task->size() : static_cast<Eigen::Index>(believed.actuators.size());
   PdGains best;
-  VectorX max_inertia = VectorX::Zero(motors), min_inertia = VectorX::Constant(motors, INFINITY);
+  VectorX max_inertia = VectorX::Zero(controlled), min_inertia = VectorX::Constant(controlled, INFINITY);
   for (const OperatingPoint& point : operating_points) {
     max_inertia = max_inertia.cwiseMax(point.inertia);
     min_inertia = min_inertia.cwiseMin(point.inertia);

@@ -93,7 +93,8 @@ PlantOf<S>::PlantOf(const Mechanism& mechanism, const PlantOptions& options, con
   y_.setZero(n), dy_.setZero(n), ddy_.setZero(n), start_ddy_.setZero(n);
   efforts_.setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
   for (const Load& load : mechanism.loads)
-    load_breakpoints_.insert(load_breakpoints_.end(), load.time.begin(), load.time.end());
+    if (load.is_over_time())
+      load_breakpoints_.insert(load_breakpoints_.end(), load.arguments.begin(), load.arguments.end());
   std::sort(load_breakpoints_.begin(), load_breakpoints_.end());
   // coordinates that are computed from poses must not turn by half a turn between two evaluations
   updates_coordinates_each_step_ =

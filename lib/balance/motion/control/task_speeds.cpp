@@ -1,6 +1,7 @@
 #include "balance/motion/control/task_speeds.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/mechanics/model/speed_units.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 
 #include <cmath>
@@ -43,7 +44,7 @@ double angle_of(const BodyMotion& motion) { return elementary::atan2(motion.rota
 }  // namespace
 
 TaskSpeeds::TaskSpeeds(const Mechanism& mechanism, std::vector<model::GeneralisedSpeed> speeds)
-    : mechanism_(mechanism), speeds_(std::move(speeds)) {
+    : mechanism_(&mechanism), speeds_(std::move(speeds)) {
   for (const model::GeneralisedSpeed& speed : speeds_)
     if (const std::string reason = study::why_not_a_rate(speed, mechanism.space); !reason.empty())
       throw std::invalid_argument("the controller's speed " + speed.name + " is not the rate of a quantity: " + reason);
@@ -51,17 +52,43 @@ TaskSpeeds::TaskSpeeds(const Mechanism& mechanism, std::vector<model::Generalise
 
 Vector3 TaskSpeeds::point_of(const model::GeneralisedSpeedTerm& term, const std::vector<BodyMotion>& motions,
                              int derivative) const {
-  if (term.kind == Kind::com_velocity) return com_derivative(mechanism_, motions, derivative);
+  if (term.kind == Kind::com_velocity) return com_derivative(*mechanism_, motions, derivative);
   return point_derivative(motions[static_cast<std::size_t>(term.body)], term.position, derivative);
+}
+
+bool TaskSpeeds::is_length(Eigen::Index i) const {
+  return model::is_length_speed(*mechanism_, speeds_[static_cast<std::size_t>(i)]);
+}
+
+MatrixX TaskSpeeds::directions(const VectorX& position, const MatrixX& motions) const {
+  MatrixX W(size(), motions.cols());
+  for (Eigen::Index k = 0; k < W.cols(); ++k) W.col(k) = rates(position, motions.col(k));
+  return W;
+}
+
+/// Every coordinate may move every point, angles at a lever arm of the characteristic length.
+VectorX TaskSpeeds::bound_changes(const VectorX& changes) const {
+  const double length = characteristic_length(*mechanism_);
+  VectorX bounds = VectorX::Zero(size());
+  for (std::size_t i = 0; i < speeds_.size(); ++i)
+    for (const model::GeneralisedSpeedTerm& term : speeds_[i].terms)
+      for (Eigen::Index c = 0; c < changes.size(); ++c) {
+        if (term.kind == Kind::coordinate && term.index != c) continue;
+        const bool from_length = is_length_coordinate(*mechanism_, CoordinateId(static_cast<int>(c))),
+                   to_length = model::is_length_term(*mechanism_, term);
+        const double lever = from_length == to_length ? 1 : to_length ? length : 1 / length;
+        bounds[static_cast<Eigen::Index>(i)] += std::abs(term.factor) * lever * changes[c];
+      }
+  return bounds;
 }
 
 VectorX TaskSpeeds::rates(const VectorX& position, const VectorX& velocity) const {
   const VectorX zero = VectorX::Zero(position.size());
-  return sum_terms(results::body_motions_at(mechanism_, position, velocity, zero), velocity, 1);
+  return sum_terms(results::body_motions_at(*mechanism_, position, velocity, zero), velocity, 1);
 }
 
 VectorX TaskSpeeds::accelerations(const VectorX& position, const VectorX& velocity, const VectorX& acceleration) const {
-  return sum_terms(results::body_motions_at(mechanism_, position, velocity, acceleration), acceleration, 2);
+  return sum_terms(results::body_motions_at(*mechanism_, position, velocity, acceleration), acceleration, 2);
 }
 
 VectorX TaskSpeeds::sum_terms(const std::vector<BodyMotion>& motions, const VectorX& coordinate_derivatives,
@@ -84,8 +111,8 @@ VectorX TaskSpeeds::sum_terms(const std::vector<BodyMotion>& motions, const Vect
 
 VectorX TaskSpeeds::errors(const VectorX& desired_position, const VectorX& position) const {
   const VectorX zero = VectorX::Zero(position.size());
-  const std::vector<BodyMotion> desired = results::body_motions_at(mechanism_, desired_position, zero, zero),
-                                actual = results::body_motions_at(mechanism_, position, zero, zero);
+  const std::vector<BodyMotion> desired = results::body_motions_at(*mechanism_, desired_position, zero, zero),
+                                actual = results::body_motions_at(*mechanism_, position, zero, zero);
   VectorX values = VectorX::Zero(size());
   for (std::size_t i = 0; i < speeds_.size(); ++i)
     for (const model::GeneralisedSpeedTerm& term : speeds_[i].terms) {

@@ -17,6 +17,12 @@ class TaskSpeeds {
   TaskSpeeds(const Mechanism& mechanism, std::vector<model::GeneralisedSpeed> speeds);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(speeds_.size()); }
+  const std::string& name(Eigen::Index i) const { return speeds_[static_cast<std::size_t>(i)].name; }
+  bool is_length(Eigen::Index i) const;  ///< otherwise an angle
+  /// W: rates for each column of motions of all coordinates.
+  MatrixX directions(const VectorX& position, const MatrixX& motions) const;
+  /// Bound of the change of each quantity, or of its rate, for changes of all coordinates, or of theirs.
+  VectorX bound_changes(const VectorX& changes) const;
   // Of all coordinates of the mechanism.
   VectorX rates(const VectorX& position, const VectorX& velocity) const;
   VectorX accelerations(const VectorX& position, const VectorX& velocity, const VectorX& acceleration) const;
@@ -30,7 +36,7 @@ class TaskSpeeds {
   Vector3 point_of(const model::GeneralisedSpeedTerm& term, const std::vector<results::BodyMotion>& motions,
                    int derivative) const;
 
-  const Mechanism& mechanism_;
+  const Mechanism* mechanism_;
   std::vector<model::GeneralisedSpeed> speeds_;
 };
 

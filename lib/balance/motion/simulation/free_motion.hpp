@@ -31,20 +31,4 @@ struct SolvedFreeMotion {
 ///         message is suitable for users.
 SolvedFreeMotion solve_free_motion(const Mechanism& mechanism, const Trajectory& trajectory);
 
-/// Small motion δ of the free coordinates about an equilibrium, with the prescribed ones at rest:
-/// δ̈ = stiffness δ + damping δ̇.
-struct LinearisedFreeMotion {
-  MotionOutcome outcome;
-  VectorX position;   ///< of the free coordinates at the equilibrium
-  VectorX unit;       ///< per free coordinate: the characteristic length for lengths, 1 for angles
-  MatrixX stiffness;  ///< [1/s²], times the ratio of units
-  MatrixX damping;    ///< [1/s], likewise
-};
-
-/// At the start of a trajectory if nothing accelerates the free coordinates there, else at the equilibrium that is found
-/// from there. Derivatives are central differences with one step of extrapolation.
-/// @return as solve_free_motion()
-/// @throws std::invalid_argument as solve_free_motion()
-LinearisedFreeMotion linearise_free_motion(const Mechanism& mechanism, const Trajectory& trajectory);
-
 }  // namespace balance::simulation

@@ -36,6 +36,7 @@ void add_payload_changes(const Mechanism& mechanism, const model::PayloadInterva
 void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& result) {
   const double length = characteristic_length(mechanism);
   for (const results::PayloadEvent& event : result.payload_events) {
+    if (event.impact_loss) continue;  // the impact is part of the motion
     const bool is_translating = event.speed > impact_speed_threshold * length / duration;
     if (!is_translating && event.angular_speed <= impact_speed_threshold / duration) continue;
     result.outcome.notes.push_back("payload '" + event.payload + "' is " + describe_payload_event(event) + " at " +

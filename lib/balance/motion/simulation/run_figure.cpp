@@ -2,7 +2,9 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/motion/simulation/rotor_unbalance.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
 #include <algorithm>
@@ -46,6 +48,19 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
     case ObjectiveTerm::RunMeasure::duration: return run.outcome.time;
     case ObjectiveTerm::RunMeasure::energy: return run.energy;
     case ObjectiveTerm::RunMeasure::clearance: return min_clearance(mechanism, run, term.clearance);
+    case ObjectiveTerm::RunMeasure::order: {
+      const std::optional<results::MetricSeries> series = results::find_series(run, term.quantity);
+      if (!series) break;
+      return results::compute_order_peak(run, *series, term.order, term.part);
+    }
+    case ObjectiveTerm::RunMeasure::fluctuation: {
+      const results::UniformTurning turning = results::find_uniform_turning(run);
+      constexpr double attainable = 2;  // of every machine: it refuses those whose speed does not fluctuate on its own
+      const double coefficient = results::analyse_speed_fluctuation(run, turning, attainable)->coefficient;
+      return std::isfinite(coefficient) ? coefficient : std::numeric_limits<double>::quiet_NaN();
+    }
+    case ObjectiveTerm::RunMeasure::quality:
+      throw std::invalid_argument("the balance quality of a rotor is not a figure of a run");
     case ObjectiveTerm::RunMeasure::mobility:
       if (run.mobility.size() == 0) break;
       return numerics::min_coefficient(run.mobility);
@@ -56,7 +71,7 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
     }
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +
-                              (term.run == ObjectiveTerm::RunMeasure::figure ? term.quantity : "mobility") + "'");
+                              (term.run == ObjectiveTerm::RunMeasure::mobility ? "mobility" : term.quantity) + "'");
 }
 
 std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term) {
@@ -71,6 +86,9 @@ std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term) 
     case ObjectiveTerm::RunMeasure::energy: return "J";
     case ObjectiveTerm::RunMeasure::mobility: return "1";
     case ObjectiveTerm::RunMeasure::clearance: return "m";
+    case ObjectiveTerm::RunMeasure::fluctuation:
+    case ObjectiveTerm::RunMeasure::quality: return "1";
+    case ObjectiveTerm::RunMeasure::order:
     case ObjectiveTerm::RunMeasure::figure: break;
   }
   std::string mistake;
@@ -86,6 +104,8 @@ double simulate_figure(const study::DesignInstance& instance, const ObjectiveTer
   const Trajectory& trajectory = find_trajectory(instance, term);
   if (term.run == ObjectiveTerm::RunMeasure::duration && !is_mechanism_dependent(trajectory))
     return trajectory.duration;
+  if (term.run == ObjectiveTerm::RunMeasure::quality)
+    return compute_rotor_quality(instance.mechanism, trajectory, term.quantity);
   return compute_run_figure(instance.mechanism, simulate(instance.mechanism, trajectory), term);
 }
 

@@ -2,10 +2,16 @@
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
+#include "balance/mechanics/dynamics/force_regressor.hpp"
 #include "balance/mechanics/model/landmark.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/run_quantities.hpp"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -29,6 +35,7 @@ constexpr std::array base_goal_names = {
 
 constexpr std::string_view fully_prefix = "fully-", constant_speed_prefix = "constant-speed-";
 constexpr std::string_view of_word = " of ", and_word = " and ", about_word = " about ";
+constexpr std::string_view order_word = "order ", along_word = " along ";
 constexpr std::string_view components = "xyz";
 
 /// P0 defines "fully" for goals of the actuators only.
@@ -87,7 +94,31 @@ std::optional<std::string> cut_off(std::string& text, std::string_view word) {
   return rest;
 }
 
+/// `order 2 of shaking_force along run`, `backward order 1/2 of …`; none: the text begins in another way.
+std::optional<GoalReading> read_order_goal(const std::string& given) {
+  std::string text(trim(given));
+  Goal goal{.kind = GoalKind::order};
+  for (const results::OrderPart part : {results::OrderPart::forward, results::OrderPart::backward})
+    if (text.starts_with(results::name_of(part))) {
+      goal.order.part = part;
+      text.erase(0, std::string_view(results::name_of(part)).size() + 1 - order_word.size());
+    }
+  if (!text.starts_with(order_word)) return std::nullopt;
+  text.erase(0, order_word.size());
+  const std::string form = "'order NUMBER of QUANTITY along TRAJECTORY', such as 'order 2 of shaking_force along run'";
+  const std::optional<std::string> trajectory = cut_off(text, along_word), quantity = cut_off(text, of_word);
+  if (!quantity || quantity->empty()) return fail(form, given);
+  if (!trajectory || trajectory->empty()) return fail("'along' and a trajectory after " + *quantity, given, form);
+  const std::optional<double> number = find_order_number(text);
+  if (!number) return fail("an order, a number above 0 such as 2 or 1/2", text);
+  goal.order.number = *number;
+  goal.order.quantity = *quantity;
+  goal.order.trajectory = *trajectory;
+  return GoalReading{goal, {}};
+}
+
 GoalReading read_goal(const std::string& given) {
+  if (std::optional<GoalReading> order = read_order_goal(given)) return *std::move(order);
   std::string text(trim(given));
   const std::optional<std::string> about = cut_off(text, about_word), of = cut_off(text, of_word);
   std::string component;
@@ -135,11 +166,28 @@ bool is_ground_point(const Mechanism& mechanism, const std::string& name) {
 
 }  // namespace
 
+std::optional<double> find_order_number(std::string_view text) {
+  const auto read = [](std::string_view digits) -> std::optional<double> {
+    double value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value) : std::nullopt;
+  };
+  const std::size_t slash = text.find('/');
+  const std::optional<double> numerator = read(trim(text.substr(0, slash))),
+                              denominator = slash == std::string_view::npos ? std::optional(1.0)
+                                                                            : read(trim(text.substr(slash + 1)));
+  if (!numerator || !denominator) return std::nullopt;
+  const double number = *numerator / *denominator;
+  return std::isfinite(number) && number > 0 ? std::optional(number) : std::nullopt;
+}
+
 std::string GoalMistake::sentence() const {
   return "expected " + expected + ", found " + found + (hint.empty() ? "" : "; " + hint);
 }
 
-bool is_whole(const Goal& goal) { return !goal.is_at_constant_speed && goal.component < 0 && goal.about.empty(); }
+bool is_whole(const Goal& goal) {
+  return goal.kind != GoalKind::order && !goal.is_at_constant_speed && goal.component < 0 && goal.about.empty();
+}
 
 bool requires_zero_momentum(const Goal& goal) {
   return (goal.kind == GoalKind::force || goal.kind == GoalKind::dynamic) && is_whole(goal);
@@ -150,6 +198,9 @@ bool requires_zero_angular_momentum(const Goal& goal) {
 }
 
 std::string goal_name(const Goal& goal) {
+  if (goal.kind == GoalKind::order)
+    return results::name_of(goal.order.part) + (" " + results::format_order(goal.order.number)) + std::string(of_word) +
+           goal.order.quantity + std::string(along_word) + goal.order.trajectory;
   std::string name = base_name(goal);
   if (goal.component >= 0) name += "[" + component_name(goal) + "]";
   if (!goal.coordinates.empty()) name.append(of_word).append(join_coordinates(goal));
@@ -170,7 +221,68 @@ std::optional<Goal> find_goal(const std::string& text) { return read_goal(text).
 
 GoalMistake explain_goal_mistake(const std::string& text) { return read_goal(text).mistake; }
 
+namespace {
+
+/// Quantities of runs that are affine in the masses, of which orders can be required to vanish.
+std::optional<GoalMistake> find_order_mistake(const OrderReference& order, const Mechanism& mechanism) {
+  const std::optional<dynamics::AffineQuantity> quantity = dynamics::find_affine_quantity(mechanism, order.quantity);
+  if (!quantity) {
+    std::vector<std::string> names = results::list_metric_names(mechanism);
+    std::erase_if(names, [&](const std::string& name) { return !dynamics::find_affine_quantity(mechanism, name); });
+    std::string mistake;
+    const bool is_known = results::describe_quantity(mechanism, order.quantity, mistake).has_value();
+    return GoalMistake{
+        "a quantity that is linear in the masses (" + join_alternatives(names) + ")", quote_for_message(order.quantity),
+        is_known ? "its orders are no linear function of them" : format_nearest_name(order.quantity, names)};
+  }
+  const bool is_plane_vector = mechanism.space == SpaceKind::planar && !quantity->component && quantity->is_force();
+  if (order.part == results::OrderPart::whole || is_plane_vector) return std::nullopt;
+  return GoalMistake{
+      "a force in the plane, without a component, after '" + std::string(results::name_of(order.part)) + "'",
+      quote_for_message(order.quantity), ""};
+}
+
+}  // namespace
+
+std::optional<GoalMistake> find_motion_mistake(const Goal& goal, const std::vector<Trajectory>& trajectories) {
+  if (goal.kind != GoalKind::order) return std::nullopt;
+  std::vector<std::string> names;
+  for (const Trajectory& trajectory : trajectories) names.push_back(trajectory.name);
+  const auto place = std::find(names.begin(), names.end(), goal.order.trajectory);
+  const std::string quoted = quote_for_message(goal.order.trajectory);
+  if (names.empty()) return GoalMistake{"a spec with a trajectory", quoted + " but no motion", ""};
+  if (place == names.end())
+    return GoalMistake{"a trajectory (" + join_alternatives(names) + ")", quoted,
+                       format_nearest_name(goal.order.trajectory, names)};
+  const Trajectory& trajectory = trajectories[static_cast<std::size_t>(place - names.begin())];
+  const std::string example = "a motion with 'speed' and 'turns', such as {drive: joints, speed: {A: 100}}";
+  const auto refuse = [&](const std::string& reason) {
+    return GoalMistake{"a periodic motion for the order", quoted, reason};
+  };
+  if (trajectory.free_motion) return refuse("the motion of its free coordinates depends on the masses");
+  if (is_mechanism_dependent(trajectory)) return refuse("it depends on the mechanism; use " + example);
+  if (!trajectory.adaptations.empty()) return refuse("counterweights move along it");
+  if (trajectory.drive == trajectory::DriveKind::com || trajectory.from.com || trajectory.to.com)
+    return refuse("it depends on the masses");
+  const bool is_table = std::holds_alternative<trajectory::TablePath>(trajectory.path);
+  if (!is_table && trajectory.law.kind != trajectory::MotionLawKind::uniform)
+    return refuse("its law is " + std::string(trajectory::law_name(trajectory)) + "; use " + example);
+  return std::nullopt;
+}
+
+std::vector<Trajectory> select_goal_motions(const std::vector<Goal>& goals,
+                                            const std::vector<Trajectory>& trajectories) {
+  std::vector<Trajectory> motions;
+  std::copy_if(trajectories.begin(), trajectories.end(), std::back_inserter(motions), [&](const Trajectory& one) {
+    return std::any_of(goals.begin(), goals.end(), [&](const Goal& goal) {
+      return goal.kind == GoalKind::order && goal.order.trajectory == one.name;
+    });
+  });
+  return motions;
+}
+
 std::optional<GoalMistake> find_goal_mistake(const Goal& goal, const Mechanism& mechanism) {
+  if (goal.kind == GoalKind::order) return find_order_mistake(goal.order, mechanism);
   const bool is_planar = mechanism.space == SpaceKind::planar;
   if (is_planar && goal.component >= 0 && goal.kind == GoalKind::moment)
     return GoalMistake{"no component, because the moment in the plane is a number", quote_for_message(goal_name(goal)),
@@ -201,9 +313,12 @@ std::vector<CoordinateId> list_constant_speed_coordinates(const Goal& goal, cons
   return coordinates;
 }
 
-std::optional<GoalMistake> find_goal_mistake(const std::string& text, const Mechanism& mechanism) {
+std::optional<GoalMistake> find_goal_mistake(const std::string& text, const Mechanism& mechanism,
+                                             const std::vector<Trajectory>& trajectories) {
   const std::optional<Goal> goal = find_goal(text);
-  return goal ? find_goal_mistake(*goal, mechanism) : explain_goal_mistake(text);
+  if (!goal) return explain_goal_mistake(text);
+  std::optional<GoalMistake> mistake = find_goal_mistake(*goal, mechanism);
+  return mistake ? mistake : find_motion_mistake(*goal, trajectories);
 }
 
 std::string join_goal_names(const std::vector<Goal>& goals) {
@@ -263,6 +378,9 @@ std::string describe_goal(const Goal& goal, const std::string& speeds) {
       case GoalKind::dynamic: return describe_momentum_goal(goal);
       case GoalKind::proportional:
         return "the centre of mass follows the tool: its velocity is a constant matrix times the tool's";
+      case GoalKind::order:
+        return "along " + goal.order.trajectory + " " + goal.order.quantity + " has no " +
+               (results::name_of(goal.order.part) + (" " + results::format_order(goal.order.number)));
       case GoalKind::affine:
         return "the centre of mass follows the tool's body: it is a constant matrix times the tool's place, plus "
                "another times the body's rotation, plus a constant";

@@ -38,6 +38,20 @@ std::string why_not_a_rate(const model::GeneralisedSpeed& speed, SpaceKind space
   return "";
 }
 
+std::string why_no_speeds(ControllerType type) {
+  switch (type) {
+    case ControllerType::none:
+    case ControllerType::open_loop: return std::string(controller_type_name(type)) + " controls no errors";
+    case ControllerType::extended_sliding_mode:
+      return "the redundant quantities of extended-sliding-mode are the coordinates of the spanning tree, in whose "
+             "inertia it projects";
+    case ControllerType::pd:
+    case ControllerType::computed_torque:
+    case ControllerType::sliding_mode: return "";
+  }
+  return "";
+}
+
 std::vector<std::string> controller_type_names() {
   std::vector<std::string> names;
   for (const ControllerType type : controller_types) names.emplace_back(controller_type_name(type));

@@ -69,13 +69,14 @@ struct Controller {
   std::optional<double> bandwidth;  ///< natural frequency for default gains [Hz]; none: a hundredth of the sample rate
   double damping = 1;               ///< damping ratio for default gains
 
-  /// Computed torque: rates of the quantities whose errors it controls, instead of the actuated coordinates; empty: none.
+  /// Rates of the quantities whose errors pd, computed torque and sliding mode control, instead of the actuated
+  /// coordinates; empty: none.
   std::vector<model::GeneralisedSpeed> speeds;
   VectorX kp;  ///< pd [N m/rad or N/m], computed torque [1/s²], per actuator or speed; empty: from bandwidth
   VectorX kd;  ///< pd [N m s/rad or N s/m], computed torque [1/s], likewise; empty: from bandwidth and damping
   GravityCompensation gravity = GravityCompensation::compensated;
 
-  VectorX lambda;  ///< λ [1/s]; one entry for extended sliding mode; empty: 2π bandwidth
+  VectorX lambda;  ///< λ [1/s], per actuator or speed; one entry for extended sliding mode; empty: 2π bandwidth
   VectorX
       switching_gain;  ///< [rad/s² or m/s²]; extended: one entry [rad/s²], per characteristic length for slides; empty:
                        ///< from the motion
@@ -104,6 +105,9 @@ const char* controller_type_name(ControllerType type);
 /// Why a speed is not the rate of a quantity whose errors a controller can follow, such as the position of a point;
 /// empty if it is.
 std::string why_not_a_rate(const model::GeneralisedSpeed& speed, SpaceKind space);
+
+/// Why controllers of a type have no speeds; empty if they have.
+std::string why_no_speeds(ControllerType type);
 
 /// All types in the order of the enumeration.
 std::vector<std::string> controller_type_names();

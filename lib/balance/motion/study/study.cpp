@@ -91,7 +91,11 @@ void reject_temporary_payloads(const Study& study, const std::string& what, cons
     if (is_excluded(payload.name)) continue;
     const std::string expected = "payloads that are always there, for " + what;
     const std::string found = "'" + payload.name + "', which is taken up or set down on the way";
-    const std::string hint = without == nullptr ? "" : "--without " + payload.name + " leaves it out";
+    const std::string hint =
+        without == nullptr
+            ? ""
+            : "--without " + payload.name +
+                  " leaves it out; without 'from' and 'until', load cases (for) balance with and without it";
     throw SpecError({.place = payload.place,
                      .message = "expected " + expected + ", found " + found + (hint.empty() ? "" : "; " + hint),
                      .expected = expected,

@@ -5,6 +5,7 @@
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/model/landmark.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/study/balance_goal.hpp"
@@ -124,24 +125,30 @@ struct TextReplacement {
 /// A figure of a design: its size, or a property of a run along a trajectory.
 struct ObjectiveTerm {
   enum class Size { none, added_mass, added_inertia, total_mass };
-  /// Property of a run. All but the first two are for limits only.
+  /// Property of a run. Mobility and clearance are for limits only.
   enum class RunMeasure {
     figure,     ///< `figure` of `quantity`
     duration,   ///< [s]
     energy,     ///< RunResult::energy [J]
     mobility,   ///< minimum along the motion: how near it comes to a singularity
     clearance,  ///< minimum along the motion [m]
+    order,      ///< an order of `quantity` along a periodic motion (results::compute_order_peak)
+    // for limits and objectives by simulation
+    fluctuation,  ///< coefficient of fluctuation of the speed (results::SpeedFluctuation)
+    quality,      ///< balance quality G of the rotor `quantity` (simulation::RotorQuality) [mm/s]
   };
   Size size = Size::none;
   RunMeasure run = RunMeasure::figure;  ///< if `size` is none
   Statistic figure = Statistic::rms;
-  std::string quantity;    ///< as in RunResult::metrics: "shaking_force", "torque[A1]"
+  std::string quantity;    ///< as in RunResult::metrics: "shaking_force", "torque[A1]"; of `quality` the rotor's body
   std::string trajectory;  ///< name of one of the study's trajectories
   double weight = 1;       ///< non-negative
   Clearance clearance = {};
   /// Only for figures: mean plus this multiple of the standard deviation under the study's tolerances
   /// (synthesis/tolerance/robust_figure.hpp).
   std::optional<double> deviation_multiple = {};
+  double order = 0;                                     ///< times per turn, of the measure `order`
+  results::OrderPart part = results::OrderPart::whole;  ///< of the same
 };
 
 /// Upper or lower bound on a weighted sum of terms.
@@ -172,9 +179,10 @@ struct DifferentNumbers {
 /// Contents of `design:`.
 struct DesignRequest {
   std::vector<Goal> goals;
-  std::vector<ObjectiveTerm> minimize;  ///< weighted sum; empty: no objective
-  std::vector<FigureLimit> subject_to;  ///< all of them must hold
-  ParetoRequest front;                  ///< instead of `minimize`
+  std::vector<model::GeneralisedSpeed> speeds;  ///< in whose derivatives the goals are stated; empty: none are chosen
+  std::vector<ObjectiveTerm> minimize;          ///< weighted sum; empty: no objective
+  std::vector<FigureLimit> subject_to;          ///< all of them must hold
+  ParetoRequest front;                          ///< instead of `minimize`
   SearchOptions search;
   LoadCases cases;
   std::vector<CardinalityRequest> cardinality;  ///< elements that may be left out; empty: none

@@ -530,7 +530,7 @@ std::vector<LimitableQuantity> require_limited_quantities(const Mechanism& mecha
 
 void require_constant_loads(const Mechanism& mechanism, const std::string& what) {
   for (const Load& load : mechanism.loads)
-    for (std::size_t k = 1; k < load.force.size(); ++k)
+    for (std::size_t k = 1; load.is_over_time() && k < load.force.size(); ++k)
       if (load.force[k] != load.force[0] || load.moment[k] != load.moment[0])
         throw std::invalid_argument(what + " cannot be found under the load " + load.name +
                                     ", which changes with time");

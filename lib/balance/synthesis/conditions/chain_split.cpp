@@ -184,6 +184,7 @@ void ChainBuilder::add_loads_and_friction() {
     Load load = whole_.loads[l];
     if (!is_chain_body(load.body)) continue;
     load.body = chain_body_[static_cast<std::size_t>(load.body)];
+    if (load.is_over_coordinate()) load.coordinate = to_chain_coordinate(load.coordinate);
     m.loads.push_back(load);
     shared_parameters_.push_back({ParameterOwner::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
   }
@@ -234,6 +235,8 @@ class ChainSplitter {
     split_.failure_reason = partition_.failure_reason;
     split_.is_serial = partition_.platforms.empty() && partition_.opened_joints.empty();
     if (!split_.failure_reason.empty() || split_.is_serial) return std::move(split_);
+    for (const Load& load : whole_.loads) check_load_argument(load);
+    if (!split_.failure_reason.empty()) return std::move(split_);
     split_.unassigned = MatrixX::Identity(columns_.count(), columns_.count());
     for (const Platform& platform : partition_.platforms) distribute_platform_mass(platform);
     for (const JointId joint : partition_.opened_joints) open_loop(joint);
@@ -244,6 +247,16 @@ class ChainSplitter {
 
  private:
   const Joint& joint(int j) const { return whole_.joints[static_cast<std::size_t>(j)]; }
+  /// A chain is balanced by itself, so its loads must not depend on the coordinates of others.
+  void check_load_argument(const Load& load) {
+    if (!load.is_over_coordinate()) return;
+    const Coordinate& coordinate = whole_.coordinates[static_cast<std::size_t>(load.coordinate)];
+    const Joint& moved = joint(coordinate.joint);
+    if (chain_of(load.body) < 0 ||
+        (chain_of(moved.first) != chain_of(load.body) && chain_of(moved.second) != chain_of(load.body)))
+      split_.failure_reason = fmt::format("the load {} depends on {}, which is not in the chain that it acts on",
+                                          load.name, coordinate.name);
+  }
   int chain_of(BodyId body) const { return partition_.chain_of[static_cast<std::size_t>(body)]; }
 
   void add_tip(int j, int other, const VectorX& mass) {

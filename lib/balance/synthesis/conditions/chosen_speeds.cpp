@@ -43,6 +43,24 @@ std::vector<model::GeneralisedSpeed> ChosenSpeeds::in(const Mechanism& mechanism
   return speeds;
 }
 
+ChosenSpeeds ChosenSpeeds::repeat(const Mechanism& mechanism, int copies) const {
+  ChosenSpeeds all;
+  const int bodies = static_cast<int>(mechanism.bodies.size()) - 1,
+            coordinates = static_cast<int>(mechanism.coordinates.size());
+  for (int copy = 0; copy < copies; ++copy)
+    for (std::size_t i = 0; i < speeds_.size(); ++i) {
+      model::GeneralisedSpeed speed = speeds_[i];
+      for (model::GeneralisedSpeedTerm& term : speed.terms) {
+        if (term.body != model::ground) term.body += copy * bodies;
+        if (term.kind == model::GeneralisedSpeedTerm::Kind::coordinate) term.index += copy * coordinates;
+        for (CoordinateId& variable : term.pose_variables) variable += copy * coordinates;
+      }
+      all.speeds_.push_back(std::move(speed));
+      all.points_.push_back(points_[i]);
+    }
+  return all;
+}
+
 std::vector<CoordinateId> ChosenSpeeds::coordinates() const {
   std::vector<CoordinateId> coordinates;
   for (const model::GeneralisedSpeed& speed : speeds_)
@@ -53,14 +71,10 @@ std::vector<CoordinateId> ChosenSpeeds::coordinates() const {
   return coordinates;
 }
 
-std::string ChosenSpeeds::mismatch_reason() const {
-  return any_term(speeds_,
-                  [](const model::GeneralisedSpeedTerm& term) {
-                    return term.kind == model::GeneralisedSpeedTerm::Kind::com_velocity;
-                  })
-             ? "conditions cannot be stated in the velocity of the centre of mass, which depends on the masses "
-               "themselves"
-             : "";
+bool ChosenSpeeds::depend_on_masses() const {
+  return any_term(speeds_, [](const model::GeneralisedSpeedTerm& term) {
+    return term.kind == model::GeneralisedSpeedTerm::Kind::com_velocity;
+  });
 }
 
 bool ChosenSpeeds::has_parameters() const {

@@ -19,10 +19,13 @@ class ChosenSpeeds {
   std::size_t size() const { return speeds_.size(); }
   /// The speeds of a mechanism that differs in its numbers.
   std::vector<model::GeneralisedSpeed> in(const Mechanism& mechanism) const;
+  /// The speeds of several copies of a mechanism side by side (disjoint_union).
+  ChosenSpeeds repeat(const Mechanism& mechanism, int copies) const;
   /// Coordinates whose joints must not be cut.
   std::vector<CoordinateId> coordinates() const;
-  /// Why there are no conditions in these speeds; empty if there are.
-  std::string mismatch_reason() const;
+  /// Whether the velocity of the centre of mass is among their terms. Conditions in such speeds are not linear in the
+  /// parameters; derived ones are those of a centre of mass that stays that of the mechanism.
+  bool depend_on_masses() const;
   /// Whether factors contain parameters, which do not follow a change of the mechanism's numbers.
   bool has_parameters() const;
 

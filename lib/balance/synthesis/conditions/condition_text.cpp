@@ -1,5 +1,6 @@
 #include "balance/synthesis/conditions/condition_text.hpp"
 
+#include "balance/foundation/base/latex_lines.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/synthesis/conditions/coefficient_names.hpp"
 
@@ -21,7 +22,7 @@ constexpr std::array greek_names = {"alpha", "beta",  "gamma", "delta",  "epsilo
                                     "theta", "iota",  "kappa", "lambda", "mu",      "nu",   "xi",
                                     "pi",    "rho",   "sigma", "tau",    "phi",     "chi",  "psi",
                                     "omega", "Gamma", "Delta", "Theta",  "Lambda",  "Omega"};
-constexpr std::size_t max_terms_per_line = 5;
+constexpr double indent_width = 3;  ///< of continued lines, in letters
 
 /// A name in upright type.
 std::string upright_latex(const std::string& name) {
@@ -176,7 +177,11 @@ std::string parameter_latex(const dynamics::Parameter& p) {
     const bool couple = p.kind == dynamics::ParameterKind::couple;
     std::string axis = s.substr(1, s.find('(') == std::string::npos ? s.npos : s.find('(') - 1);
     if (!axis.empty()) axis += ",";
-    return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_load_change(p) ? "(t)" : "");
+    return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner,
+                       s.find('(') == std::string::npos ? ""
+                       : is_load_change(p)
+                           ? "(t)"
+                           : "(" + upright_latex(s.substr(s.find('(') + 1, s.size() - s.find('(') - 2)) + ")");
   }
   if (p.owner_kind == dynamics::ParameterOwner::friction)
     return fmt::format("{}{}_{{{}}}", p.kind == dynamics::ParameterKind::viscous ? "d" : "c",
@@ -213,13 +218,10 @@ std::string condition_latex(const Conditions& conditions, int row, const Conditi
 std::string conditions_latex(const Conditions& conditions, const ConditionNames& names) {
   std::string text = "\\begin{align*}\n";
   for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
-    const auto [terms, right] = split_sides(conditions, row, names);
     text += row == 0 ? "  & " : " \\\\\n  & ";
-    for (std::size_t i = 0; i < terms.size(); ++i) {
-      if (i > 0) text += i % max_terms_per_line == 0 ? " \\\\\n  & \\quad {}" : " ";
-      text += terms[i];
-    }
-    text += " = " + right;
+    const std::vector<std::string> lines =
+        break_latex(condition_latex(conditions, row, names), latex_line_width - indent_width);
+    for (std::size_t i = 0; i < lines.size(); ++i) text += (i > 0 ? " \\\\\n  & \\quad {}" : "") + lines[i];
   }
   return text + "\n\\end{align*}\n";
 }

@@ -44,6 +44,12 @@ class ConditionDerivation {
     GoalRows<S> rows(mechanism_, tree_, units, out_.goals, options_, sampler_.freedoms());
     if (!rows.mismatch_reason().empty()) return refuse(ConditionsStatus::mismatch, rows.mismatch_reason());
     const std::vector<int> order = order_pivots(mechanism_, out_.parameters);
+    if (has_goals(true)) {
+      out_.orders =
+          compute_order_rows(mechanism_, out_.goals, options_.motions, options_.loose_springs, units.parameter);
+      if (!out_.orders.mismatch.empty()) return refuse(ConditionsStatus::mismatch, out_.orders.mismatch);
+      if (!has_goals(false)) return reduce_with_orders(rows, units, order);
+    }
     MatrixX stacked_rows(0, rows.parameters() + rows.extra_unknowns());
     for (int k = 0, min_rows = 2 * static_cast<int>(stacked_rows.cols()) + 20; k <= max_rank_retries;
          ++k, min_rows *= 2) {
@@ -63,6 +69,7 @@ class ConditionDerivation {
       if (!reduce_conditions(eliminate_extra_unknowns(stacked_rows, rows.parameters()), units.parameter, units.mass,
                              order, out_))
         continue;
+      if (has_goals(true)) return reduce_with_orders(rows, units, order);
       out_.status = ConditionsStatus::done;
       add_notes();
       return std::move(out_);
@@ -75,6 +82,43 @@ class ConditionDerivation {
   }
 
  private:
+  bool has_goals(bool are_orders) const {
+    return std::any_of(out_.goals.begin(), out_.goals.end(),
+                       [&](const Goal& goal) { return (goal.kind == GoalKind::order) == are_orders; });
+  }
+
+  /// The conditions of the other goals so far, if there are any, and those of the orders.
+  Conditions reduce_with_orders(const GoalRows<S>& rows, const NaturalUnits& units, const std::vector<int>& order) {
+    for (OrderRow& row : out_.orders.rows) row.coefficients.array() *= rows.term_mask().array();
+    const bool has_others = has_goals(false);
+    const double kept = out_.min_kept_singular_value, dropped = out_.max_dropped_singular_value,
+                 gap = out_.singular_value_gap;
+    MatrixX basis = has_others ? condition_basis(out_, units.parameter) : MatrixX(0, units.parameter.size());
+    const MatrixX order_rows = scale_order_rows(out_.orders, units.parameter, rows.term_mask());
+    if (!is_representable(order_rows) || !units.parameter.allFinite())
+      return refuse(ConditionsStatus::rank_unclear,
+                    has_mass(mechanism_) ? "numbers overflow: terms of the conditions are too large to represent"
+                                         : model::no_mass_message);
+    if (const std::optional<OrderRemainder> unclear = add_order_rows(order_rows, basis)) {
+      const OrderRow& row = out_.orders.rows[static_cast<std::size_t>(unclear->row)];
+      return refuse(
+          ConditionsStatus::rank_unclear,
+          fmt::format("the number of conditions is not clear: beside the others, the goal {} requires {:.1e} of "
+                      "the size of {} to vanish, hardly more than round-off",
+                      goal_name(out_.goals[row.goal]), unclear->size, row.quantity));
+    }
+    if (!reduce_conditions(basis, units.parameter, units.mass, order, out_))
+      return refuse(ConditionsStatus::rank_unclear, "the number of conditions is not clear");
+    if (has_others) {
+      out_.min_kept_singular_value = kept;
+      out_.max_dropped_singular_value = dropped;
+      out_.singular_value_gap = gap;
+    }
+    out_.status = ConditionsStatus::done;
+    add_notes();
+    return std::move(out_);
+  }
+
   /// Adds rows until there are `min_rows`, starting with the given configuration.
   bool collect_rows(GoalRows<S>& rows, SampledConfiguration& configuration, int min_rows, MatrixX& stacked_rows) {
     std::vector<MatrixX> blocks{stacked_rows};
@@ -140,6 +184,12 @@ class ConditionDerivation {
         break;
       }
     add_constant_speed_notes();
+    for (const OrderMotion& motion : out_.orders.motions)
+      if (motion.known_term_error > motion.spectral_error + 1e-12)
+        out_.notes.push_back(
+            fmt::format("along {} the orders of loads and friction, which are not smooth, are accurate to "
+                        "{:.1g} of their size",
+                        motion.trajectory, motion.known_term_error));
     if (!options_.speeds.empty()) return add_speeds_note(has_effort_goal);
     if (tree_.closure_rows == 0 || (!has_goal(GoalKind::gyroscopic) && !has_goal(GoalKind::decoupled))) return;
     std::string joints;
@@ -175,6 +225,10 @@ class ConditionDerivation {
       out_.speeds += (out_.speeds.empty() ? "" : ", ") + speed.name;
     out_.notes.push_back("velocity terms and inertia: when the efforts are written in the derivatives of " +
                          out_.speeds);
+    if (options_.speeds.depend_on_masses())
+      out_.notes.push_back(
+          "the centre of mass in these speeds is that of the present masses: whether they meet the conditions is "
+          "exact; for other masses, which move it, the coefficients are others");
   }
 
   const Mechanism& mechanism_;

@@ -5,6 +5,7 @@
 #include "balance/motion/study/balance_goal.hpp"
 #include "balance/synthesis/conditions/chosen_speeds.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
+#include "balance/synthesis/conditions/order_rows.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -41,6 +42,7 @@ struct Conditions {
   double singular_value_gap = 0;          ///< ratio of the two; finite (round-off replaces an exact zero)
   int samples = 0;                        ///< number of configurations at which rows were evaluated
   std::vector<std::string> notes;         ///< what a user should know (which joints' accelerations are meant, …)
+  OrderRows orders;                       ///< of the goals that are orders
 
   /// Whether free numbers change known term k.
   bool is_variable_term(Eigen::Index k) const {
@@ -57,9 +59,10 @@ struct Conditions {
 struct ConditionOptions {
   Vector3 about = Vector3::Zero();  ///< world point of the angular momentum [m]; irrelevant once the force is balanced
   dynamics::FreeSprings loose_springs;
-  std::vector<std::string> excluded;  ///< sections and elements that the goals ignore (left_out)
-  std::vector<bool> variable_terms;   ///< known terms that free numbers change: included even where they are zero
-  std::uint64_t seed = 1;             ///< of the random configurations
+  std::vector<std::string> excluded;     ///< sections and elements that the goals ignore (left_out)
+  std::vector<bool> variable_terms;      ///< known terms that free numbers change: included even where they are zero
+  std::uint64_t seed = 1;                ///< of the random configurations
+  std::vector<Trajectory> motions = {};  ///< that goals of orders name (study::select_goal_motions)
   /// If not empty, velocity terms and inertia are those of the equations in the derivatives of these speeds, as many of
   /// them as there are freedoms: the first ones that determine the motion.
   ChosenSpeeds speeds;

@@ -6,6 +6,7 @@
 #include "balance/mechanics/kinematics/closure.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/model/landmark.hpp"
+#include "balance/mechanics/model/speed_units.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,15 +14,6 @@
 namespace balance::conditions {
 
 namespace {
-
-/// Whether a speed is a length per time.
-bool is_length_speed(const Mechanism& mechanism, const model::GeneralisedSpeed& speed) {
-  using enum model::GeneralisedSpeedTerm::Kind;
-  return std::any_of(speed.terms.begin(), speed.terms.end(), [&](const model::GeneralisedSpeedTerm& term) {
-    return term.kind == coordinate ? is_length_coordinate(mechanism, term.index)
-                                   : term.kind != angular_velocity && term.kind != angular_velocity_body;
-  });
-}
 
 /// Components of a load: force, then moment.
 template <class S>
@@ -31,7 +23,10 @@ constexpr int load_components = S::dimension + S::angular_dimension;
 
 template <class S>
 KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const kinematics::Tree<S>& tree)
-    : mechanism_(mechanism), tree_(tree), terms_(list_known_terms(mechanism)) {
+    : mechanism_(mechanism),
+      tree_(tree),
+      terms_(list_known_terms(mechanism)),
+      tables_(mechanism.loads.begin(), mechanism.loads.end()) {
   if (const MatrixX changes = load_changes(mechanism, tree.characteristic_length); !changes.isZero(0))
     changes_ = changes;
 }
@@ -67,7 +62,8 @@ MatrixX KnownTermColumns<S>::load_torques(kinematics::TreeState<S>& state) const
 }
 
 template <class S>
-void KnownTermColumns<S>::load_columns(kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const {
+void KnownTermColumns<S>::load_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant,
+                                       MatrixX& changing) const {
   constant.setZero(tree_.columns, this->size());
   changing.setZero(tree_.columns, has_changes() ? this->size() : 0);
   const MatrixX torque = load_torques(state);
@@ -76,10 +72,15 @@ void KnownTermColumns<S>::load_columns(kinematics::TreeState<S>& state, MatrixX&
     const dynamics::Parameter& term = terms_[t];
     if (term.owner_kind != dynamics::ParameterOwner::load) continue;
     const Eigen::Index component = load_component(term, S::dimension == 2), column = static_cast<Eigen::Index>(t);
-    if (!is_load_change(term))
+    const Load& load = mechanism_.loads[static_cast<std::size_t>(term.index)];
+    if (load.is_over_coordinate()) {
+      const double q = tree_.coordinate_expressions[static_cast<std::size_t>(load.coordinate)].value(y.data());
+      constant.col(column) = relative_load(tables_[static_cast<std::size_t>(term.index)], term, q, S::dimension == 2) *
+                             torque.col(component);
+    } else if (!is_load_change(term)) {
       constant.col(column) = torque.col(component);
-    else if (has_changes())
-      changing.col(column) = coupled.col(component);
+    }
+    if (is_load_change(term) && has_changes()) changing.col(column) = coupled.col(component);
   }
 }
 
@@ -265,8 +266,7 @@ void GoalRows<S>::check_goals(int freedoms) {
     return;
   }
   if (!speeds_.empty()) {
-    mismatch_ = options_.speeds.mismatch_reason();
-    if (mismatch_.empty() && static_cast<int>(speeds_.size()) < freedoms)
+    if (static_cast<int>(speeds_.size()) < freedoms)
       mismatch_ = "the speeds, " + std::to_string(speeds_.size()) + ", are fewer than the degrees of freedom, " +
                   std::to_string(freedoms);
     if (!mismatch_.empty()) return;
@@ -375,7 +375,7 @@ void GoalRows<S>::add_static_efforts(const MatrixX& projection) {
   if (has_springs)
     torque.middleCols(inertial_count_, parameters_ - inertial_count_ - known_terms_.size()) = spring_torques();
   if (known_terms_.has_loads()) {
-    known_terms_.load_columns(state_, constant, changing);
+    known_terms_.load_columns(y_, state_, constant, changing);
     torque.rightCols(known_terms_.size()) = constant;
   }
   append_rows(projection * torque, units_.acceleration * units_.length);

@@ -35,8 +35,9 @@ class KnownTermColumns {
   bool has_changes() const { return changes_.size() > 0; }
   bool has_friction() const { return !mechanism_.friction.empty(); }
 
-  /// Columns of the loads' initial values and, separately, of their changes; overwrites the velocities in `state`.
-  void load_columns(kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
+  /// Columns of the loads' initial values, of loads over a coordinate at these tree coordinates, and, separately, of
+  /// changes over time; overwrites the velocities in `state`.
+  void load_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
   /// @param dy rates of the tree's coordinates
   MatrixX friction_columns(const VectorX& dy) const;
 
@@ -46,7 +47,8 @@ class KnownTermColumns {
   const Mechanism& mechanism_;
   const kinematics::Tree<S>& tree_;
   std::vector<dynamics::Parameter> terms_;
-  MatrixX changes_;  ///< load_changes, if any load changes
+  std::vector<model::LoadTable<double>> tables_;  ///< per load
+  MatrixX changes_;                               ///< load_changes, if any load changes
 };
 
 extern template class KnownTermColumns<kinematics::Planar>;
@@ -94,6 +96,8 @@ class GoalRows {
   /// Number of unknowns after the parameters: the matrices of the goals `proportional` (A) and `affine` (A, then B)
   /// [kg].
   int extra_unknowns() const { return extra_count_; }
+  /// Per term: 1, or 0 if it is left out or absent.
+  const VectorX& term_mask() const { return term_mask_; }
 
   /// @param rows rows × (parameters + extra). Rows of goals named `fully-…` are differences from the first configuration
   /// evaluated, where they are zero.

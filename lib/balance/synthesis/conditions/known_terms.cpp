@@ -21,27 +21,43 @@ constexpr double load_change_tolerance = 1e-12;
 int component_count(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 3 : 6; }
 
 /// Force, then moment: planar fx, fy, m; spatial fx, fy, fz, mx, my, mz.
-VectorX load_at_entry(const Load& load, std::size_t entry, int size) {
-  const Vector3 &f = load.force[entry], &m = load.moment[entry];
-  if (size == 3) return Vector3(f.x(), f.y(), m.z());
+VectorX join_components(const Vector3& force, const Vector3& moment, int size) {
+  if (size == 3) return Vector3(force.x(), force.y(), moment.z());
   VectorX wrench(6);
-  wrench << f, m;
+  wrench << force, moment;
   return wrench;
 }
 
-VectorX load_at_time(const Load& load, double time, int size) {
-  const auto next = std::upper_bound(load.time.begin(), load.time.end(), time);
-  if (next == load.time.begin()) return load_at_entry(load, 0, size);
-  if (next == load.time.end()) return load_at_entry(load, load.force.size() - 1, size);
-  const auto k = static_cast<std::size_t>(next - load.time.begin());
-  const double fraction = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
-  return (1 - fraction) * load_at_entry(load, k - 1, size) + fraction * load_at_entry(load, k, size);
+VectorX load_at_entry(const Load& load, std::size_t entry, int size) {
+  return join_components(load.force[entry], load.moment[entry], size);
+}
+
+VectorX load_at(const model::LoadTable<double>& table, double argument, int size) {
+  Vector3 force, moment;
+  table.evaluate(argument, force, moment);
+  return join_components(force, moment, size);
+}
+
+VectorX peak_components(const Load& load, int size) {
+  VectorX peak = VectorX::Zero(size);
+  for (std::size_t k = 0; k < load.force.size(); ++k) peak = peak.cwiseMax(load_at_entry(load, k, size).cwiseAbs());
+  return peak;
 }
 
 std::string owner_of(const Mechanism& mechanism, ParameterOwner owner_kind, std::size_t index) {
   return owner_kind == ParameterOwner::load
              ? mechanism.loads[index].name
              : mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[index].coordinate)].name;
+}
+
+constexpr const char* time_suffix = "(t)";
+
+/// Of the symbols of a load's terms: its initial value and its change over time, or its values over a coordinate.
+std::vector<std::string> load_suffixes(const Mechanism& mechanism, const Load& load) {
+  if (!load.is_over_coordinate())
+    return load.arguments.empty() ? std::vector<std::string>{""} : std::vector<std::string>{"", time_suffix};
+  const std::string suffix = "(" + mechanism.coordinates[static_cast<std::size_t>(load.coordinate)].name + ")";
+  return {suffix == time_suffix ? "(joint t)" : suffix};
 }
 
 /// Names of all other owners of columns of conditions.
@@ -59,20 +75,28 @@ std::set<std::string> other_owners(const Mechanism& mechanism) {
 MatrixX load_histories(const Mechanism& mechanism) {
   const int size = component_count(mechanism);
   std::set<double> times;
-  for (const Load& load : mechanism.loads) times.insert(load.time.begin(), load.time.end());
+  for (const Load& load : mechanism.loads)
+    if (load.is_over_time()) times.insert(load.arguments.begin(), load.arguments.end());
   MatrixX changes =
       MatrixX::Zero(static_cast<Eigen::Index>(times.size()), size * static_cast<Eigen::Index>(mechanism.loads.size()));
   Eigen::Index row = 0;
   for (const double time : times) {
     Eigen::Index column = 0;
     for (const Load& load : mechanism.loads) {
-      if (!load.time.empty())
-        changes.row(row).segment(column, size) = load_at_time(load, time, size) - load_at_entry(load, 0, size);
+      if (load.is_over_time())
+        changes.row(row).segment(column, size) =
+            load_at(model::LoadTable<double>(load), time, size) - load_at_entry(load, 0, size);
       column += size;
     }
     ++row;
   }
   return changes;
+}
+
+double relative_load(const model::LoadTable<double>& table, const Parameter& term, double coordinate, bool planar) {
+  const int size = planar ? 3 : 6, component = term.slot % size;
+  const double peak = peak_components(table.load(), size)[component];
+  return peak > 0 ? load_at(table, coordinate, size)[component] / peak : 0;
 }
 
 Eigen::Index load_component(const Parameter& term, bool planar) {
@@ -96,7 +120,7 @@ bool is_known_term(const Parameter& parameter) {
 }
 
 bool is_load_change(const Parameter& parameter) {
-  return parameter.owner_kind == ParameterOwner::load && parameter.symbol.ends_with("(t)");
+  return parameter.owner_kind == ParameterOwner::load && parameter.symbol.ends_with(time_suffix);
 }
 
 std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
@@ -116,8 +140,7 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
     terms.push_back({owner + "." + symbol, owner, symbol, owner_kind, static_cast<int>(index), slot, kind, power});
   };
   for (std::size_t l = 0; l < mechanism.loads.size(); ++l)
-    for (const char* suffix : {"", "(t)"}) {
-      if (*suffix != 0 && mechanism.loads[l].time.empty()) continue;
+    for (const std::string& suffix : load_suffixes(mechanism, mechanism.loads[l])) {
       for (int c = 0; c < size; ++c) {
         const bool is_couple = c >= (size == 3 ? 2 : 3);
         add_term(ParameterOwner::load, l, symbols[static_cast<std::size_t>(c)] + suffix,
@@ -142,9 +165,14 @@ VectorX known_term_values(const Mechanism& mechanism) {
   std::vector<double> values;
   for (std::size_t l = 0; l < mechanism.loads.size(); ++l) {
     const Load& load = mechanism.loads[l];
+    if (load.is_over_coordinate()) {
+      const VectorX peak = peak_components(load, size);
+      values.insert(values.end(), peak.begin(), peak.end());
+      continue;
+    }
     const VectorX first = load_at_entry(load, 0, size);
     values.insert(values.end(), first.begin(), first.end());
-    if (load.time.empty()) continue;
+    if (load.arguments.empty()) continue;
     for (int c = 0; c < size; ++c) {
       const VectorX change = changes.col(size * static_cast<Eigen::Index>(l) + c);
       values.push_back(change[numerics::max_index(change.cwiseAbs())]);

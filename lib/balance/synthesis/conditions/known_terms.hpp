@@ -7,6 +7,7 @@
 /// Friction has a viscous and a dry term, or one dry term per direction.
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
+#include "balance/mechanics/model/load_table.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
 namespace balance::conditions {
@@ -20,6 +21,9 @@ bool is_known_term(const dynamics::Parameter& parameter);
 double& friction_coefficient(Friction& friction, const dynamics::Parameter& term);
 /// Resistance of a coordinate at this rate per unit of a term of its friction.
 double friction_resistance(const dynamics::Parameter& term, double rate);
+/// A component of a load over a coordinate, relative to its largest entry, which is the value of the term.
+double relative_load(const model::LoadTable<double>& table, const dynamics::Parameter& term, double coordinate,
+                     bool planar);
 /// Whether a known term stands for the changes of a load over time.
 bool is_load_change(const dynamics::Parameter& parameter);
 

@@ -31,6 +31,17 @@ MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
   return products - unknown_columns * numerics::ColumnPivotingQr(unknown_columns).solve(products);
 }
 
+/// An order that the first mechanism lacks counts from this size on, relative to that of the quantity.
+constexpr double min_order_weight = 1e-3;
+
+/// Appends weighted rows of the parameters, which the other columns do not concern.
+void append_columns_of(const MatrixX& rows, const VectorX& weights, MatrixX& stacked_rows) {
+  const Eigen::Index first = stacked_rows.rows();
+  stacked_rows.conservativeResize(first + rows.rows(), Eigen::NoChange);
+  stacked_rows.bottomRows(rows.rows()).setZero();
+  stacked_rows.block(first, 0, rows.rows(), rows.cols()) = weights.asDiagonal() * rows;
+}
+
 void stack_blocks(const std::vector<MatrixX>& blocks, Eigen::Index columns, MatrixX& stacked_rows) {
   Eigen::Index count = 0;
   for (const MatrixX& block : blocks) count += block.rows();
@@ -86,6 +97,10 @@ class ResidualSamples : public GoalResidual::Implementation {
       MatrixX rows;
       if (!evaluate_rows(mechanism, tree_, {samples_.back()}, rows)) samples_.pop_back();
     }
+    if (!conditions.orders.rows.empty()) {
+      const MatrixX orders = scale_order_rows(conditions.orders, units_.parameter, term_mask_);
+      order_weights_ = orders.rowwise().norm().cwiseMax(min_order_weight).cwiseInverse();
+    }
     if (samples_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
   }
 
@@ -96,7 +111,7 @@ class ResidualSamples : public GoalResidual::Implementation {
     for (const kinematics::NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     MatrixX rows;
-    if (!evaluate_rows(mechanism, tree, samples_, rows)) return false;
+    if (!evaluate_rows(mechanism, tree, samples_, rows) || !append_order_rows(mechanism, tree, rows)) return false;
     callback(rows, term_mask_.cwiseQuotient(units_.parameter) / units_.mass);
     return true;
   }
@@ -141,11 +156,22 @@ class ResidualSamples : public GoalResidual::Implementation {
     return true;
   }
 
+  bool append_order_rows(const Mechanism& mechanism, const kinematics::Tree<S>& tree, MatrixX& rows) const {
+    if (order_weights_.size() == 0) return true;
+    const OrderRows orders =
+        compute_order_rows(mechanism, goals_, options_.motions, options_.loose_springs, units_.parameter);
+    if (!orders.mismatch.empty()) return false;
+    const GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
+    append_columns_of(scale_order_rows(orders, units_.parameter, goal_rows.term_mask()), order_weights_, rows);
+    return true;
+  }
+
   ConditionOptions options_;
   std::vector<Goal> goals_;
   kinematics::Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
   NaturalUnits units_;
-  VectorX term_mask_;  ///< per term: 0 for known terms that no parameter can balance, else 1
+  VectorX order_weights_;  ///< per row of an order: it is of unit size for the first mechanism
+  VectorX term_mask_;      ///< per term: 0 for known terms that no parameter can balance, else 1
   int freedoms_ = 0;
   std::vector<SampledState> samples_;
 };
@@ -260,6 +286,20 @@ class PerturbedRows : public PerturbedConditions::Implementation {
       blocks.push_back(std::move(rows));
     }
     stack_blocks(blocks, goal_rows.parameters() + goal_rows.extra_unknowns(), stacked_rows);
+    return append_order_rows(mechanism, goal_rows, units, stacked_rows);
+  }
+
+  /// Those that are more than round-off, with the same length.
+  bool append_order_rows(const Mechanism& mechanism, const GoalRows<S>& goal_rows, const NaturalUnits& units,
+                         MatrixX& stacked_rows) const {
+    constexpr double min_size = 1e-8;
+    if (study::select_goal_motions(known_conditions.goals, options_.motions).empty()) return true;
+    const OrderRows orders = compute_order_rows(mechanism, known_conditions.goals, options_.motions,
+                                                options_.loose_springs, units.parameter);
+    if (!orders.mismatch.empty()) return false;
+    const MatrixX scaled = scale_order_rows(orders, units.parameter, goal_rows.term_mask());
+    const VectorX sizes = scaled.rowwise().norm();
+    append_columns_of(scaled, (sizes.array() > min_size).select(sizes.cwiseInverse(), 0.0), stacked_rows);
     return true;
   }
 

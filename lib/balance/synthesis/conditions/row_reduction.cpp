@@ -24,7 +24,9 @@ constexpr double kept_singular_value_threshold = 1e-9;     ///< nothing below it
 /// Minimum magnitude of a pivot in a unit row. The smaller ones apply only if there are no other pivots.
 constexpr double pivot_thresholds[] = {1e-4, 1e-6, 0};
 constexpr double elimination_tolerance = 1e-10;  ///< relative to the largest entry before elimination
-constexpr double row_entry_tolerance = 1e-10;    ///< relative to a reduced row's largest entry: smaller ones are zero
+/// Relative to the magnitude of an order's quantity: up to the first a row is round-off, from the second on it is none.
+constexpr double order_round_off = 2e-12, min_order_size = 2e-11;
+constexpr double row_entry_tolerance = 1e-10;  ///< relative to a reduced row's largest entry: smaller ones are zero
 
 /// Number of joints between each body and the ground.
 std::vector<int> joint_depths(const Mechanism& mechanism) {
@@ -150,6 +152,45 @@ MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters) {
   // On a single link, tool and CoM move together whatever the parameters: round-off is not a condition.
   if (numerics::max_abs(reduced) < elimination_tolerance * magnitude) reduced.setZero();
   return reduced;
+}
+
+MatrixX scale_order_rows(const OrderRows& orders, const VectorX& units, const VectorX& mask) {
+  MatrixX rows(static_cast<Eigen::Index>(orders.rows.size()), units.size());
+  for (std::size_t r = 0; r < orders.rows.size(); ++r) {
+    const OrderRow& order = orders.rows[r];
+    const double scale = order.magnitude > 0 ? 1 / order.magnitude : 0;
+    rows.row(static_cast<Eigen::Index>(r)) =
+        scale * order.coefficients.cwiseProduct(units).cwiseProduct(mask).transpose();
+  }
+  return rows;
+}
+
+std::optional<OrderRemainder> add_order_rows(const MatrixX& rows, MatrixX& basis) {
+  MatrixX rest = rows;
+  for (int k = 0; k < 2 && basis.rows() > 0; ++k) rest -= rest * basis.transpose() * basis;
+  // The largest remainder first: then no remainder along a new direction exceeds that from which the direction comes, and
+  // the direction's error does not grow in it.
+  while (rest.rows() > 0) {
+    const VectorX sizes = rest.rowwise().norm();
+    const Eigen::Index r = numerics::max_index(sizes);
+    if (sizes[r] <= order_round_off) break;
+    if (sizes[r] < min_order_size) return OrderRemainder{r, sizes[r]};
+    VectorX direction = rest.row(r).transpose();
+    if (basis.rows() > 0) direction -= basis.transpose() * (basis * direction);
+    direction.normalize();
+    basis.conservativeResize(basis.rows() + 1, rows.cols());
+    basis.row(basis.rows() - 1) = direction.transpose();
+    rest -= (rest * direction) * direction.transpose();
+  }
+  return std::nullopt;
+}
+
+MatrixX condition_basis(const Conditions& conditions, const VectorX& units) {
+  if (conditions.matrix.rows() == 0) return MatrixX(0, units.size());
+  MatrixX rows = conditions.matrix * units.asDiagonal();
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+  const Eigen::HouseholderQR<MatrixX> qr(rows.transpose());
+  return (qr.householderQ() * MatrixX::Identity(rows.cols(), rows.rows())).transpose();
 }
 
 bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,

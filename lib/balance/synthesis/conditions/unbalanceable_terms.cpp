@@ -284,7 +284,7 @@ std::string unbalanceable_element_text(const UnbalanceableElement& remainder, co
                             : term.symbol == coulomb_backward             ? " dry backwards"
                                                                           : " dry");
     else
-      constant += term.symbol + " = " + number;
+      constant += term.symbol + (term.symbol.ends_with(')') ? " up to " : " = ") + number;
   }
   const char* kind = remainder.bearer == ParameterOwner::friction ? "friction in "
                      : remainder.bearer == ParameterOwner::spring ? "spring "

@@ -72,7 +72,7 @@ class BilevelSearch {
   using Target = InnerProblem::Target;
 
   bool is_applicable() {
-    if (context_.problem.is_modular || context_.scaling.size() > max_bilevel_variables) return false;
+    if (context_.problem.derives_anew || context_.scaling.size() > max_bilevel_variables) return false;
     if (objective_ != nullptr && !capabilities_.has_convex_terms && !context_.problem.violation_floor) return false;
     const std::optional<std::vector<bool>> is_active_parameter = find_active_parameters();
     if (!is_active_parameter) return false;

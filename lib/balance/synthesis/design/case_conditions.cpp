@@ -25,8 +25,8 @@ struct RowRange {
 class CaseConditions {
  public:
   CaseConditions(const Mechanism& united, const Mechanism& one, std::size_t cases, const std::vector<Goal>& goals,
-                 const ConditionOptions& options)
-      : united_(united), one_(one), case_count_(cases), options_(options) {
+                 const ConditionOptions& options, bool is_modular)
+      : united_(united), one_(one), case_count_(cases), options_(options), is_modular_(is_modular) {
     out_.goals = goals;
     out_.parameters = conditions::list_terms(united, options.loose_springs);
     out_.known_term_values = conditions::known_term_values(united);
@@ -68,7 +68,8 @@ class CaseConditions {
       const std::vector<bool> friction = slice_of({split, options_.variable_terms.end()}, known.size() - loads, k);
       options.variable_terms.insert(options.variable_terms.end(), friction.begin(), friction.end());
     }
-    return conditions::derive_modular_conditions(part, out_.goals, options);
+    return is_modular_ ? conditions::derive_modular_conditions(part, out_.goals, options)
+                       : conditions::derive_conditions(part, out_.goals, options);
   }
 
   /// The singular values of all cases are those with the smallest gap.
@@ -116,6 +117,7 @@ class CaseConditions {
   const Mechanism& one_;
   std::size_t case_count_;
   const ConditionOptions& options_;
+  bool is_modular_;
   std::vector<Conditions> cases_;
   Conditions out_;
 };
@@ -134,9 +136,9 @@ std::vector<std::vector<int>> list_case_columns(const std::vector<std::vector<dy
   return columns;
 }
 
-Conditions derive_modular_case_conditions(const Mechanism& united, const Mechanism& one, std::size_t cases,
-                                          const std::vector<Goal>& goals, const ConditionOptions& options) {
-  return CaseConditions(united, one, cases, goals, options).run();
+Conditions derive_case_conditions(const Mechanism& united, const Mechanism& one, std::size_t cases,
+                                  const std::vector<Goal>& goals, const ConditionOptions& options, bool is_modular) {
+  return CaseConditions(united, one, cases, goals, options, is_modular).run();
 }
 
 }  // namespace balance::design

@@ -288,9 +288,17 @@ CaseFigures::CaseFigures(const CaseSpace& space, const dynamics::FreeSprings& lo
 
 namespace {
 
-/// Whether the terms of all cases combine to a figure of series; the worst of several sums, as ranges are, does not.
+/// Whether the terms of all cases combine to a figure of series; the worst of several sums, as ranges are and orders may
+/// be, does not.
 bool are_combinable(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) {
-  const bool is_sum = terms.size() > 1 || (!terms.empty() && terms.front().figure == Statistic::range);
+  const auto is_sum_of_figures = [](const ObjectiveTerm& term) {
+    if (term.size != ObjectiveTerm::Size::none) return false;
+    // of a vector in the plane, the radii of two circles
+    const bool is_scalar = term.quantity.find('[') != std::string::npos || term.quantity == "shaking_moment";
+    return term.figure == Statistic::range ||
+           (term.run == ObjectiveTerm::RunMeasure::order && term.part == results::OrderPart::whole && !is_scalar);
+  };
+  const bool is_sum = terms.size() > 1 || (!terms.empty() && is_sum_of_figures(terms.front()));
   return !(across == CaseAggregation::worst && is_sum);
 }
 

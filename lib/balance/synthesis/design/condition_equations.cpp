@@ -125,7 +125,7 @@ namespace {
 class GeometryResidual {
  public:
   GeometryResidual(const SolverContext& context, const Mechanism& start) : context_(context) {
-    if (context.problem.is_modular)
+    if (context.problem.derives_anew)
       unit_ = parameter_scales(start, context.options.loose_springs);
     else
       goal_.emplace(start, context.problem.goals, context.options);

@@ -49,7 +49,10 @@ struct DesignProblem {
   std::vector<study::DifferentNumbers> all_different;
   std::vector<Goal> goals;  ///< empty: only the objective matters
   ConditionOptions options;
-  bool is_modular = false;  ///< the model derives conditions of the modular strategy, anew at every geometry
+  bool is_modular = false;  ///< the model derives conditions of the modular strategy
+  /// The model derives conditions anew at every geometry, because their rows cannot be followed: those of the modular
+  /// strategy, and those of orders in several load cases.
+  bool derives_anew = false;
   /// Solve with few starts and without proofs, as one of many problems.
   bool is_subproblem = false;
   /// Search once, without asking whether independent starts agree: for one of several designs.

@@ -13,6 +13,7 @@
 #include "balance/synthesis/design/objective_builder.hpp"
 #include "balance/synthesis/design/optional_elements.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
+#include "balance/synthesis/design/solution_analysis.hpp"
 
 #include <fmt/format.h>
 
@@ -101,6 +102,13 @@ class SpecDesignModel final : public DesignModel {
   Capabilities capabilities_;
 };
 
+VectorX bounds_of(const DesignSpace& space, double FreeNumber::*bound) {
+  VectorX x(static_cast<Eigen::Index>(space.start.free_numbers.size()));
+  for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i)
+    x[static_cast<Eigen::Index>(i)] = space.start.free_numbers[i].*bound;
+  return x;
+}
+
 /// @throws std::invalid_argument if numbers that must differ have too few sizes, and no element can be left out
 void check_size_shortage(const Study& study, const std::vector<CardinalityConstraint>& choices) {
   for (const study::DifferentNumbers& different : study.design.all_different) {
@@ -111,6 +119,23 @@ void check_size_shortage(const Study& study, const std::vector<CardinalityConstr
           for (const int i : *variables) std::erase(present.numbers, i);
     const std::string shortage = find_size_shortage(present, study.free_numbers);
     if (!shortage.empty()) throw std::invalid_argument("design.all_different: " + shortage);
+  }
+}
+
+/// @throws std::invalid_argument if a motion whose orders are goals depends on the free numbers
+void check_goal_motions(const DesignSpace& space, const std::vector<Goal>& goals) {
+  const std::vector<Trajectory> motions = study::select_goal_motions(goals, space.start.trajectories);
+  if (motions.empty() || space.start.free_numbers.empty()) return;
+  const study::DesignInstance low = space.instantiate(bounds_of(space, &FreeNumber::lower)),
+                              high = space.instantiate(bounds_of(space, &FreeNumber::upper));
+  for (const Trajectory& motion : motions) {
+    const auto numbers = [&](const study::DesignInstance& instance) {
+      const Trajectory* own = study::find_by_name(instance.trajectories, motion.name);
+      return own == nullptr ? VectorX() : collect_motion_numbers(space.start.mechanism, *own);
+    };
+    if (numbers(low) != numbers(high))
+      throw std::invalid_argument("the motion '" + motion.name +
+                                  "' depends on free numbers: orders are goals along motions that do not");
   }
 }
 
@@ -130,7 +155,13 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   if (problem.goals.empty() && terms.empty() && space.start.design.subject_to.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;
-  problem.is_modular = options.is_modular;
+  problem.options.motions = study::select_goal_motions(problem.goals, space.start.trajectories);
+  check_goal_motions(space, problem.goals);
+  problem.options.speeds = conditions::ChosenSpeeds(space.start.mechanism, space.start.design.speeds);
+  if (options.is_modular && !problem.options.speeds.empty())
+    throw std::invalid_argument(
+        "goals in chosen speeds are those of the whole mechanism, not of the chains one by one");
+  problem.is_modular = problem.derives_anew = options.is_modular;
   problem.search = options.search;
   problem.is_single_pass = options.is_single_pass;
   problem.settled_values = options.settled_values;
@@ -257,6 +288,39 @@ class InterruptMonitor {
   std::optional<double> interrupt_time_;
 };
 
+/// Whether the figure is the peak of all efforts, the least of which all distributions together reach is convex.
+bool is_peak_of_efforts(const ObjectiveTerm& term) {
+  return term.size == ObjectiveTerm::Size::none && term.run == ObjectiveTerm::RunMeasure::figure &&
+         term.figure == Statistic::peak && term.quantity == "torque" && !term.deviation_multiple;
+}
+
+/// No distribution of redundant efforts has a smaller peak than the one of least peak without weights and bounds, of
+/// which the least value can be proved.
+/// @return std::nullopt if it is not proved within the time, or the problem is another one
+std::optional<double> bound_peak_of_efforts(const DesignSpace& space, const DesignStudyOptions& options) {
+  constexpr double max_bound_time = 10;  // CPU time [s]
+  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+  const bool has_other_figures = terms.size() != 1 || !is_peak_of_efforts(terms.front()) || terms.front().weight <= 0 ||
+                                 !space.start.design.subject_to.empty() || space.start.design.cases.size() > 0;
+  if (has_other_figures || has_linear_efforts(space.start.mechanism)) return std::nullopt;
+  DesignSpace relaxed = space;
+  const auto relax = [](auto& mechanism) {
+    mechanism.torque_distribution->method = model::DistributionMethod::min_peak;
+    for (auto& share : mechanism.torque_distribution->shares) share = {};
+  };
+  relax(relaxed.start.mechanism);
+  if (relaxed.recording) {
+    auto recording = std::make_shared<study::Recording>(*relaxed.recording);
+    relax(recording->mechanism);
+    relaxed.recording = std::move(recording);
+  }
+  DesignStudyOptions bounded = options;
+  bounded.search.max_time = std::min(bounded.search.max_time, max_bound_time);
+  bounded.motions = nullptr;
+  const DesignOutcome outcome = solve_design(make_design_problem(relaxed, bounded));
+  return outcome.optimality == Optimality::proved_global ? std::optional(outcome.lower_bound) : std::nullopt;
+}
+
 DesignReport compute_design_report(const DesignSpace& spec_space, const DesignStudyOptions& options) {
   if (spec_space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
@@ -281,6 +345,11 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
     report.outcome = solve_with_length_bound(space, options, problem, report.length_bound);
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
+  if (report.outcome.optimality != Optimality::proved_global && is_design(report.outcome))
+    if (const std::optional<double> bound = bound_peak_of_efforts(space, options)) {
+      raise_lower_bound(report.outcome, *bound);
+      report.notes.push_back("the bound is that of all distributions of the efforts together");
+    }
   if (report.outcome.x.size() > 0 && space.instantiate(report.outcome.x).is_other_mode)
     report.notes.push_back(
         "the design is in another assembly mode than the start values, whose mode does not exist at its lengths; "

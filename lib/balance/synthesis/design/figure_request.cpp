@@ -1,8 +1,8 @@
 #include "balance/synthesis/design/figure_request.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/mechanics/dynamics/force_regressor.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
-#include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/trajectory_cost.hpp"
 
 #include <stdexcept>
@@ -18,13 +18,14 @@ namespace {
 /// @return why it has no bound; empty if it has
 std::string read_force(const DesignSpace& space, const ObjectiveTerm& term, const Trajectory& trajectory,
                        MotionForce& force) {
-  const std::optional<CostQuantity> quantity = find_cost_quantity(space.start.mechanism, term.quantity);
+  const std::optional<dynamics::AffineQuantity> quantity =
+      dynamics::find_affine_quantity(space.start.mechanism, term.quantity);
   const std::string unknown = "figures of \"" + term.quantity + "\" have no bound";
   if (!quantity) return unknown;
   switch (quantity->kind) {
-    case CostQuantity::Kind::torque: force.kind = MotionForce::Kind::torque; break;
-    case CostQuantity::Kind::shaking_force: force.kind = MotionForce::Kind::shaking_force; break;
-    case CostQuantity::Kind::shaking_moment: force.kind = MotionForce::Kind::shaking_moment; break;
+    case dynamics::AffineQuantity::Kind::torque: force.kind = MotionForce::Kind::torque; break;
+    case dynamics::AffineQuantity::Kind::shaking_force: force.kind = MotionForce::Kind::shaking_force; break;
+    case dynamics::AffineQuantity::Kind::shaking_moment: force.kind = MotionForce::Kind::shaking_moment; break;
     default: return unknown;
   }
   if (force.kind == MotionForce::Kind::shaking_force) force.component = quantity->component;

@@ -114,6 +114,25 @@ VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings
   return all.finish();
 }
 
+VectorX collect_condition_geometry(const Mechanism& mechanism, const ConditionOptions& options) {
+  ValueCollector of_speeds;
+  for (const model::GeneralisedSpeed& speed : options.speeds.in(mechanism))
+    for (const model::GeneralisedSpeedTerm& term : speed.terms) of_speeds.add(term.position);
+  if (options.speeds.depend_on_masses()) {
+    const auto add = [&](double mass, const Vector3& position) {
+      of_speeds.add(mass);
+      of_speeds.add(Vector3(mass * position));
+    };
+    for (const Body& body : mechanism.bodies) add(body.mass, body.com);
+    for (const Attachment& attachment : mechanism.attachments) add(attachment.mass, attachment.position);
+    for (const Disc& disc : mechanism.discs) add(disc.mass, disc.position);
+  }
+  const VectorX geometry = collect_geometry(mechanism, options.loose_springs), more = of_speeds.finish();
+  VectorX all(geometry.size() + more.size());
+  all << geometry, more;
+  return all;
+}
+
 VectorX parameter_scales(const Mechanism& mechanism, const dynamics::FreeSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
   const VectorX values = conditions::term_values(mechanism, loose);

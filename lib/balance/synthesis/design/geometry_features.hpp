@@ -2,6 +2,7 @@
 /// The numbers that describe a mechanism in a design: its parameters, the quantities that decide whether its bodies are
 /// physical, and its geometry.
 
+#include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
 
 #include <vector>
@@ -23,6 +24,10 @@ VectorX compute_features(const Mechanism& mechanism, const dynamics::FreeSprings
 /// Everything that the conditions depend on besides the parameters: lengths, axes, ratios, free lengths, end points of
 /// springs that are not loose, points of application of loads, gravity, tool.
 VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings& loose);
+
+/// The same with the points of speeds in which the conditions are stated, and with all that moves the centre of mass if
+/// its velocity is among them.
+VectorX collect_condition_geometry(const Mechanism& mechanism, const ConditionOptions& options);
 
 /// Unit of each parameter: the total mass (or the largest stiffness) times a power of the characteristic length; for a
 /// known term, its own size.

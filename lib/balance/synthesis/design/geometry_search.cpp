@@ -97,7 +97,7 @@ std::optional<VectorX> find_feasible_start(const SolverContext& context, std::st
 }
 
 std::optional<VectorX> snap_to_length_ratios(const SolverContext& context, const VectorX& u) {
-  const VectorX geometry = collect_geometry(context.mechanism(u), context.options.loose_springs);
+  const VectorX geometry = collect_condition_geometry(context.mechanism(u), context.options);
   const VectorX x = context.scaling.to_variables(u);
   VectorX moved = u;
   for (const int i : geometric_variables(context)) {

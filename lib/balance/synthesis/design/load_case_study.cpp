@@ -372,10 +372,22 @@ void check_case_problem(const DesignSpace& space, const DesignProblem& problem) 
     if (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine)
       throw std::invalid_argument(fmt::format(
           "the goal {} does not support load cases: every load has its own centre of mass", goal_name(goal)));
+  if (problem.options.speeds.depend_on_masses())
+    throw std::invalid_argument(
+        "speeds with the velocity of the centre of mass do not support load cases: every load has its own");
   const Vector3 gravity = space.start.mechanism.gravity;
   for (Eigen::Index k = 0; k < space.start.design.cases.size(); ++k)
     if (at_load(space, space.start.design.cases.values.row(k)).start.mechanism.gravity != gravity)
       throw std::invalid_argument("load cases may differ in what the mechanism carries, not in gravity");
+  for (Eigen::Index k = 0; k < space.start.design.cases.size(); ++k)
+    for (const Trajectory& motion : problem.options.motions) {
+      const Study loaded = at_load(space, space.start.design.cases.values.row(k)).start;
+      const Trajectory* own = study::find_by_name(loaded.trajectories, motion.name);
+      if (own == nullptr ||
+          collect_motion_numbers(space.start.mechanism, *own) != collect_motion_numbers(space.start.mechanism, motion))
+        throw std::invalid_argument("the motion '" + motion.name +
+                                    "' depends on the load: orders are goals along motions that do not");
+    }
 }
 
 /// Keeps goals, conditions and search options of a problem; drops variables and figures.
@@ -385,6 +397,7 @@ DesignProblem strip_to_conditions(const DesignProblem& problem) {
   stripped.options = problem.options;
   stripped.model = problem.model;
   stripped.is_modular = problem.is_modular;
+  stripped.derives_anew = problem.derives_anew;
   stripped.search = problem.search;
   stripped.on_progress = problem.on_progress;
   stripped.cardinality_constraints = problem.cardinality_constraints;
@@ -518,9 +531,10 @@ class LoadCaseStudy::CaseDesignModel final : public DesignModel {
   }
   Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                                const ConditionOptions& options) const override {
-    return is_modular_ ? derive_modular_case_conditions(mechanism, space_.cases.front().start.mechanism,
-                                                        space_.cases.size(), goals, options)
-                       : balance::derive_conditions(mechanism, goals, options);
+    return is_modular_ || !options.motions.empty()
+               ? derive_case_conditions(mechanism, space_.cases.front().start.mechanism, space_.cases.size(), goals,
+                                        options, is_modular_)
+               : balance::derive_conditions(mechanism, goals, options);
   }
   std::string invalidity_reason(const VectorX& x) const override {
     return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
@@ -576,9 +590,11 @@ DesignProblem LoadCaseStudy::make_problem() const {
   DesignProblem problem = conditions_problem_;
   problem.options.loose_springs.clear();
   check_case_problem(space_, problem);
+  if (!problem.options.motions.empty()) problem.derives_anew = true;
   const CaseSpace& cases = case_model_->space();
   for (const std::string& name : options_.excluded)  // sections and friction have the same names in all cases
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
+  problem.options.speeds = problem.options.speeds.repeat(space_.start.mechanism, static_cast<int>(cases.cases.size()));
   problem.variables = list_design_variables(cases.numbers);
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
     for (OptionalElement& element : choice.elements) {

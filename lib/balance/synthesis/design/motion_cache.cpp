@@ -1,8 +1,10 @@
 #include "balance/synthesis/design/motion_cache.hpp"
 
+#include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace balance::design {
 
@@ -68,6 +70,16 @@ CostFunction MotionCache::cost(const Mechanism& mechanism, const Trajectory& tra
   motion.costs[key] = TrajectoryCost(mechanism, trajectory, loose).figure(figure, quantity).value_or(CostFunction{});
   drop_old_motions();
   return motion.costs[key];
+}
+
+results::UniformTurning MotionCache::turning(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Motion& motion = find(mechanism, trajectory, {});
+  if (!motion.turning) {
+    const RunResult run = simulate(mechanism, trajectory);
+    if (run.outcome.status != MotionStatus::done) throw std::invalid_argument(run.outcome.reason);
+    motion.turning = results::find_uniform_turning(run);
+  }
+  return *motion.turning;
 }
 
 /// Keeps the last one used.

@@ -2,11 +2,13 @@
 /// What depends only on motions, kept for designs, load cases and figures that share them: those that differ only in
 /// masses do.
 
+#include "balance/mechanics/results/orders.hpp"
 #include "balance/synthesis/design/trajectory_cost.hpp"
 
 #include <list>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -24,6 +26,10 @@ class MotionCache {
   std::shared_ptr<const Series> rows(const Mechanism& mechanism, const Trajectory& trajectory,
                                      const dynamics::FreeSprings& loose, const std::string& quantity);
 
+  /// How a coordinate turns uniformly along the motion, whatever the masses.
+  /// @throws std::invalid_argument as results::find_uniform_turning()
+  results::UniformTurning turning(const Mechanism& mechanism, const Trajectory& trajectory);
+
   /// A figure along the motion as a function of the parameters; empty if TrajectoryCost has none.
   CostFunction cost(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose,
                     Statistic figure, const std::string& quantity);
@@ -36,7 +42,8 @@ class MotionCache {
     dynamics::FreeSprings loose;
     std::map<std::string, std::shared_ptr<const Series>> rows;        ///< by quantity
     std::map<std::pair<Statistic, std::string>, CostFunction> costs;  ///< by figure and quantity
-    Eigen::Index size() const;                                        ///< how many numbers the rows have
+    std::optional<results::UniformTurning> turning = {};
+    Eigen::Index size() const;  ///< how many numbers the rows have
   };
 
   Motion& find(const Mechanism& mechanism, const Trajectory& trajectory, const dynamics::FreeSprings& loose);

@@ -1,13 +1,14 @@
 #include "balance/synthesis/design/objective_builder.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/mechanics/dynamics/force_regressor.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/simulation/simulate.hpp"
-#include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
+#include "balance/synthesis/design/order_cost.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
 #include "balance/synthesis/design/spec_figure_gradients.hpp"
 #include "balance/synthesis/design/trajectory_cost.hpp"
@@ -147,21 +148,57 @@ CostFunction make_linear_cost(VectorX coefficients) {
 
 /// Whether the point that a moment is about is the same for all values of the free numbers.
 bool is_moment_point_fixed(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term) {
-  const std::optional<CostQuantity> quantity = find_cost_quantity(start.mechanism, term.quantity);
+  const std::optional<dynamics::AffineQuantity> quantity =
+      dynamics::find_affine_quantity(start.mechanism, term.quantity);
   if (!quantity || !quantity->about) return true;
   const VectorX elsewhere = generic_variables(space.start.free_numbers);
-  return find_cost_quantity(space.instantiate(elsewhere).mechanism, term.quantity)->about == quantity->about;
+  return dynamics::find_affine_quantity(space.instantiate(elsewhere).mechanism, term.quantity)->about ==
+         quantity->about;
+}
+
+/// The orders of a single scalar or vector that is affine in the parameters can be computed from its rows.
+bool is_affine_order(const DesignInstance& instance, const ObjectiveTerm& term) {
+  if (term.run != ObjectiveTerm::RunMeasure::order) return false;
+  const std::optional<dynamics::AffineQuantity> quantity =
+      dynamics::find_affine_quantity(instance.mechanism, term.quantity);
+  const Trajectory& trajectory = simulation::find_trajectory(instance, term);
+  return quantity && !quantity->is_combined && !is_mass_dependent(trajectory) && !is_mechanism_dependent(trajectory) &&
+         !trajectory.free_motion && (quantity->member.has_value() || !quantity->of_joints()) &&
+         (quantity->member.has_value() || !quantity->of_actuators() || instance.mechanism.actuators.size() == 1);
+}
+
+/// @return std::nullopt if there is no motion
+std::optional<OrderMatrices> find_order_matrices(const DesignInstance& instance, const ObjectiveTerm& term,
+                                                 const FreeSprings& loose, MotionCache& cache) {
+  const Trajectory& trajectory = simulation::find_trajectory(instance, term);
+  const std::shared_ptr<const MotionCache::Series> rows =
+      cache.rows(instance.mechanism, trajectory, loose, term.quantity);
+  if (!rows || rows->size() != 1) return std::nullopt;
+  const results::UniformTurning turning = cache.turning(instance.mechanism, trajectory);
+  return project_on_order(rows->front(), term.order, turning, trajectory.samples);
+}
+
+/// The order along a fixed motion; empty as below.
+CostFunction make_fixed_motion_order(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
+                                     const FreeSprings& loose, MotionCache& cache) {
+  if (!is_affine_order(start, term) || !is_motion_fixed(space, start, term, loose) ||
+      !is_moment_point_fixed(space, start, term))
+    return {};
+  const std::optional<OrderMatrices> matrices = find_order_matrices(start, term, loose, cache);
+  return matrices ? make_order_cost(*matrices, term.part) : CostFunction{};
 }
 
 /// The figure along a fixed motion; empty if the motion is not fixed or the quantity is not linear in the parameters.
 CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
                                     const FreeSprings& loose, MotionCache& cache) {
   const Trajectory& trajectory = simulation::find_trajectory(start, term);
+  if (term.run == ObjectiveTerm::RunMeasure::order) return make_fixed_motion_order(space, start, term, loose, cache);
   if (term.deviation_multiple || term.run != ObjectiveTerm::RunMeasure::figure || is_mechanism_dependent(trajectory))
     return {};
   if (is_mass_dependent(trajectory) || !is_motion_fixed(space, start, term, loose)) return {};
   if (!is_moment_point_fixed(space, start, term)) return {};
-  return cache.cost(start.mechanism, trajectory, loose, term.figure, term.quantity);
+  return cache.cost(start.mechanism, trajectory, loose, term.figure,
+                    dynamics::name_cost_quantity(start.mechanism, term.figure, term.quantity));
 }
 
 bool is_scalar(const Mechanism& mechanism, const std::string& quantity) {
@@ -346,7 +383,7 @@ bool has_all_samples(const Study& study, const ObjectiveTerm& term, FigureSampli
   return trajectory != nullptr && coarse_sample_count(trajectory->samples) == trajectory->samples;
 }
 
-/// One term; std::nullopt if the trajectory cannot be followed.
+/// One term that is no order; std::nullopt if the trajectory cannot be followed.
 std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, const ObjectiveTerm& term,
                                              const FreeSprings& loose, FigureSampling samples, MotionCache& cache) {
   AffineFigure figure{term.weight, {}, term.figure, {}};
@@ -357,7 +394,8 @@ std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, con
   Trajectory trajectory = simulation::find_trajectory(instance, term);
   if (samples == FigureSampling::coarse) trajectory.samples = coarse_sample_count(trajectory.samples);
   const std::shared_ptr<const MotionCache::Series> rows =
-      cache.rows(instance.mechanism, trajectory, loose, term.quantity);
+      cache.rows(instance.mechanism, trajectory, loose,
+                 dynamics::name_cost_quantity(instance.mechanism, term.figure, term.quantity));
   if (!rows) return std::nullopt;
   figure.series = *rows;
   const bool is_vector = !figure.series.empty() && figure.series.front().components > 1;
@@ -370,9 +408,13 @@ bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& te
                          std::initializer_list<Statistic> figures) {
   if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
   if (term.deviation_multiple) return false;
+  if (term.run == ObjectiveTerm::RunMeasure::order)
+    return term.weight >= 0 && std::find(figures.begin(), figures.end(), Statistic::rms) != figures.end() &&
+           is_affine_order(instance, term);
   return term.run == ObjectiveTerm::RunMeasure::figure && term.weight >= 0 &&
          std::find(figures.begin(), figures.end(), term.figure) != figures.end() &&
-         is_linear_quantity(instance.mechanism, term.quantity) &&
+         is_linear_quantity(instance.mechanism,
+                            dynamics::name_cost_quantity(instance.mechanism, term.figure, term.quantity)) &&
          !is_mass_dependent(simulation::find_trajectory(instance, term)) &&
          !is_mechanism_dependent(simulation::find_trajectory(instance, term));
 }
@@ -423,6 +465,13 @@ std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace&
     const DesignInstance instance = instantiate_checked(space, x);
     if (!instance.mode_issue.empty()) return std::nullopt;
     for (const ObjectiveTerm& term : terms) {
+      if (term.size == ObjectiveTerm::Size::none && term.run == ObjectiveTerm::RunMeasure::order) {
+        const std::optional<OrderMatrices> matrices = find_order_matrices(instance, term, loose, cache);
+        if (!matrices) return std::nullopt;
+        for (AffineFigure& figure : make_order_figures(*matrices, term.part, term.weight))
+          figures.push_back(std::move(figure));
+        continue;
+      }
       std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling, cache);
       if (!figure) return std::nullopt;
       if (figure->figure == Statistic::range) {
@@ -549,6 +598,11 @@ std::string objective_term_name(const ObjectiveTerm& term) {
     case ObjectiveTerm::RunMeasure::mobility: return "mobility along " + term.trajectory;
     case ObjectiveTerm::RunMeasure::clearance: return "clearance along " + term.trajectory;
     case ObjectiveTerm::RunMeasure::duration: return "duration of " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::fluctuation: return "fluctuation of the speed along " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::quality: return "balance quality of " + term.quantity + " along " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::order:
+      return fmt::format("{} {} of {} along {}", results::name_of(term.part), results::format_order(term.order),
+                         term.quantity, term.trajectory);
     case ObjectiveTerm::RunMeasure::figure: break;
   }
   const std::string figure = objective_term_name(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
@@ -636,7 +690,8 @@ void add_figure(const ObjectiveTerm& term, const SpecFigureGradients& slopes, Ei
 /// of figures that are not in the arrays of a run.
 bool needs_differences(const DesignSpace& space, const ObjectiveTerm& term) {
   using Run = ObjectiveTerm::RunMeasure;
-  if (term.run == Run::mobility || term.run == Run::clearance || has_velocity_constraints(space.start.mechanism))
+  if (term.run == Run::mobility || term.run == Run::clearance || term.run == Run::order ||
+      term.run == Run::fluctuation || term.run == Run::quality || has_velocity_constraints(space.start.mechanism))
     return true;
   if (term.run == Run::figure && !results::has_gradients(space.start.mechanism, term.quantity)) return true;
   const Trajectory* trajectory = study::find_by_name(space.start.trajectories, term.trajectory);

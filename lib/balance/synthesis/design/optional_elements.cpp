@@ -1,5 +1,7 @@
 #include "balance/synthesis/design/optional_elements.hpp"
 
+#include "balance/mechanics/model/eccentric_disc.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,9 +24,12 @@ VectorX element_quantities(const Mechanism& mechanism, const std::string& sectio
   if (section == "springs")
     for (const auto& spring : mechanism.springs)
       if (spring.name == name) return Vector2(spring.stiffness, spring.preload);
-  if (section == "discs")
+  if (section == "discs") {
     for (const auto& disc : mechanism.discs)
       if (disc.name == name) return of_rotor(disc);
+    for (const auto& one : mechanism.attachments)
+      if (one.name == name && model::is_eccentric_disc(mechanism, one)) return of_rotor(one);
+  }
   if (section == "counterweights")
     for (const auto& one : mechanism.attachments)
       if (one.kind == AttachmentKind::counterweight && one.name == name) return of_rotor(one);
@@ -87,7 +92,16 @@ MechanismOf<Expression> without_element(MechanismOf<Expression> mechanism, const
                                         const std::string& name) {
   const auto has_name = [&](const auto& one) { return one.name == name; };
   if (section == "springs") std::erase_if(mechanism.springs, has_name);
-  if (section == "discs") std::erase_if(mechanism.discs, has_name);
+  if (section == "discs") {
+    std::erase_if(mechanism.discs, has_name);
+    const auto eccentric =
+        std::find_if(mechanism.attachments.begin(), mechanism.attachments.end(),
+                     [&](const auto& one) { return one.name == name && model::is_eccentric_disc(mechanism, one); });
+    if (eccentric != mechanism.attachments.end()) {
+      model::make_shaft_constant(mechanism, *eccentric);
+      mechanism.attachments.erase(eccentric);
+    }
+  }
   if (section == "counterweights")
     std::erase_if(mechanism.attachments,
                   [&](const auto& one) { return one.kind == AttachmentKind::counterweight && one.name == name; });

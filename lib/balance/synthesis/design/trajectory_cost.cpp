@@ -3,9 +3,9 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/dynamics/force_regressor.hpp"
 #include "balance/mechanics/dynamics/tree_motion_source.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
-#include "balance/synthesis/design/force_regressor.hpp"
 #include "balance/synthesis/design/row_space.hpp"
 
 #include <algorithm>
@@ -274,7 +274,7 @@ class FixedMotion : public FigureSource {
   }
 
   std::optional<CostFunction> figure(Statistic figure, const std::string& name) override {
-    const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
+    const std::optional<dynamics::AffineQuantity> quantity = dynamics::find_affine_quantity(mechanism_, name);
     if (!quantity || is_impossible()) return std::nullopt;
     std::vector<CostSeries> series;
     std::vector<SequentialQr> factors = triangles(*quantity);
@@ -286,10 +286,11 @@ class FixedMotion : public FigureSource {
 
   std::vector<std::optional<std::vector<AffineSeries>>> rows(const std::vector<std::string>& names) override {
     std::vector<std::optional<std::vector<AffineSeries>>> all(names.size());
-    std::vector<CostQuantity> quantities;
+    std::vector<dynamics::AffineQuantity> quantities;
     std::vector<std::size_t> position;  // of each of them among the names
     for (std::size_t q = 0; q < names.size(); ++q)
-      if (const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, names[q])) {
+      if (const std::optional<dynamics::AffineQuantity> quantity =
+              dynamics::find_affine_quantity(mechanism_, names[q])) {
         quantities.push_back(*quantity);
         position.push_back(q);
         all[q].emplace(series_count(*quantity));
@@ -343,16 +344,17 @@ class FixedMotion : public FigureSource {
   /// @param add called for each sample and quantity with the number of the quantity, its rows and their weight in the
   /// average
   template <class Add>
-  void collect(const std::vector<CostQuantity>& quantities, Add add) {
-    const bool needs_velocities = std::any_of(quantities.begin(), quantities.end(), [](const CostQuantity& quantity) {
-      return quantity.kind == CostQuantity::Kind::kinetic_energy;  // of all origins
-    });
+  void collect(const std::vector<dynamics::AffineQuantity>& quantities, Add add) {
+    const bool needs_velocities =
+        std::any_of(quantities.begin(), quantities.end(), [](const dynamics::AffineQuantity& quantity) {
+          return quantity.kind == dynamics::AffineQuantity::Kind::kinetic_energy;  // of all origins
+        });
     dynamics::TreeMotionSource<S> source(mechanism_, motion_, trajectory_.about,
                                          needs_velocities ? dynamics::Detail::all : dynamics::Detail::forces);
     Eigen::Index sample_count = 0;
     bool is_complete = false;
     if (source.outcome().status == MotionStatus::done) {
-      ForceRegressor<S> forces(mechanism_, source.tree(), motion_.plan.freedoms, trajectory_.about, loose_);
+      dynamics::ForceRegressor<S> forces(mechanism_, source.tree(), motion_.plan.freedoms, trajectory_.about, loose_);
       const double duration = source.prescribed_motion().duration();
       const auto make_average = [&](std::size_t q) {
         return [&add, q, duration](const MatrixX& rows, double weight) { add(q, rows, weight / duration); };
@@ -404,12 +406,11 @@ class FixedMotion : public FigureSource {
             .setZero();
   }
 
-  std::size_t series_count(const CostQuantity& quantity) const {
-    if (quantity.member || quantity.is_combined) return 1;
-    return quantity.of_actuators() ? mechanism_.actuators.size() : quantity.of_joints() ? mechanism_.joints.size() : 1;
+  std::size_t series_count(const dynamics::AffineQuantity& quantity) const {
+    return dynamics::count_parts(mechanism_, quantity, motion_.plan.freedoms);
   }
 
-  std::vector<SequentialQr> triangles(const CostQuantity& quantity) {
+  std::vector<SequentialQr> triangles(const dynamics::AffineQuantity& quantity) {
     std::vector<SequentialQr> factors(series_count(quantity), SequentialQr(units_.scale.size()));
     collect({quantity}, [&](std::size_t, const MatrixX& rows, double weight) {
       const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(factors.size());
@@ -420,7 +421,7 @@ class FixedMotion : public FigureSource {
   }
 
   /// Second pass along the motion, because all samples of all parameters would take too much memory.
-  void store_samples(const CostQuantity& quantity, std::vector<CostSeries>& series) {
+  void store_samples(const dynamics::AffineQuantity& quantity, std::vector<CostSeries>& series) {
     Eigen::Index sample = 0;
     collect({quantity}, [&](std::size_t, const MatrixX& rows, double weight) {
       const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
@@ -478,7 +479,7 @@ std::vector<std::optional<std::vector<AffineSeries>>> TrajectoryCost::rows(
 }
 
 bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity) {
-  return find_cost_quantity(mechanism, quantity).has_value();
+  return dynamics::find_affine_quantity(mechanism, quantity).has_value();
 }
 
 bool is_mass_dependent(const Trajectory& trajectory) {

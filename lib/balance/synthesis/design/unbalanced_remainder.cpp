@@ -29,12 +29,12 @@ std::optional<Mechanism> remove_element(const Mechanism& mechanism, const condit
     if (term.owner_kind == dynamics::ParameterOwner::friction) {
       conditions::friction_coefficient(reduced_mechanism.friction[i], term) = 0;
     } else if (conditions::is_load_change(term)) {
-      reduced_mechanism.loads[i].time.clear();
+      reduced_mechanism.loads[i].arguments.clear();
       reduced_mechanism.loads[i].force.resize(1);
       reduced_mechanism.loads[i].moment.resize(1);
     } else {
       const bool couple = term.kind == dynamics::ParameterKind::couple;
-      const int axis = term.symbol == "m" ? 2 : term.symbol[1] - 'x';
+      const int axis = term.symbol.starts_with("m") && mechanism.space == SpaceKind::planar ? 2 : term.symbol[1] - 'x';
       for (Vector3& value : couple ? reduced_mechanism.loads[i].moment : reduced_mechanism.loads[i].force)
         value[axis] = 0;
     }

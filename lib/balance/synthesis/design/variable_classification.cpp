@@ -146,10 +146,12 @@ VariableClassification classify_variables(const VariableScaling& scaling, const 
   }
   result.loose_springs = springs_with_free_ends(result.base_mechanism, others, problem.options.loose_springs);
   result.base_features = compute_features(result.base_mechanism, result.loose_springs);
-  const VectorX base_geometry = collect_geometry(result.base_mechanism, result.loose_springs);
+  ConditionOptions options = problem.options;
+  options.loose_springs = result.loose_springs;
+  const VectorX base_geometry = collect_condition_geometry(result.base_mechanism, options);
   for (const Mechanism& other : others) {
     result.perturbed_features.push_back(compute_features(other, result.loose_springs));
-    result.is_geometric.push_back(!is_equal_to_rounding(collect_geometry(other, result.loose_springs), base_geometry));
+    result.is_geometric.push_back(!is_equal_to_rounding(collect_condition_geometry(other, options), base_geometry));
   }
   return result;
 }

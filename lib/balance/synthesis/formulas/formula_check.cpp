@@ -80,6 +80,7 @@ class EngineComparison {
         texts_(texts),
         mechanism_(remove_unmodelled(sheet, mechanism)),
         engine_(mechanism_, engine_options(sheet, mechanism)),
+        length_(characteristic_length(mechanism_)),
         random_(seed),
         n_(static_cast<Eigen::Index>(sheet.equations.M.size())) {}
 
@@ -97,7 +98,7 @@ class EngineComparison {
     solver.compute(stacked_jacobian);
     if (solver.rank() < n_ || has_small_pivot(y)) return false;
     // near a singular pose, round-off is too large to judge formulas
-    if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < min_pose_regularity * solver.maxPivot()) return false;
+    if (regularity(stacked_jacobian) < min_regularity()) return false;
     MatrixX rhs = MatrixX::Zero(stacked_jacobian.rows(), S.rows());
     rhs.bottomRows(S.rows()).setIdentity();
     const MatrixX B = solver.solve(rhs);
@@ -155,6 +156,28 @@ class EngineComparison {
     InverseOptions options;
     options.independent = coordinate_names(mechanism, sheet.equations.tree, sheet.independent);
     return options;
+  }
+
+  bool is_slide(Eigen::Index column) const {
+    return is_length_coordinate(mechanism_, sheet_.equations.tree.coordinates[static_cast<std::size_t>(column)]);
+  }
+
+  /// Smallest pivot over the largest of closures and independent coordinates, in angles and characteristic lengths.
+  double regularity(MatrixX rows) const {
+    if (n_ == 0) return 1;
+    for (Eigen::Index c = 0; c < n_; ++c)
+      if (is_slide(c)) rows.col(c) *= length_;
+    for (Eigen::Index r = 0; r < rows.rows(); ++r) {  // a row is a length if it has the size of one
+      const double square = rows.row(r).squaredNorm();
+      if (length_ < 1 ? square < length_ : square > length_) rows.row(r) /= length_;
+    }
+    numerics::ColumnPivotingQr factors(rows);
+    return std::abs(factors.matrixQR()(n_ - 1, n_ - 1)) / factors.maxPivot();
+  }
+
+  /// Mechanisms that are near a singularity wherever they go are compared there, with fewer digits to spare.
+  double min_regularity() const {
+    return attempts_ <= attempts_per_offset ? min_pose_regularity : 0.1 * min_pose_regularity;
   }
 
   VectorX random_vector(Eigen::Index size, double bound) {
@@ -231,7 +254,7 @@ class EngineComparison {
   /// Steps of an elimination lose digits where they divide by little.
   bool has_small_pivot(const VectorX& y) {
     return std::any_of(sheet_.pivots.begin(), sheet_.pivots.end(), [&](const auto& pivot) {
-      return !(std::abs(polynomial_at(pivot.first, y)) > min_pose_regularity * pivot.second);
+      return !(std::abs(polynomial_at(pivot.first, y)) > min_regularity() * pivot.second);
     });
   }
 
@@ -406,7 +429,10 @@ class EngineComparison {
     // loops of which few poses close are tried nearer and nearer to the rough values
     const int reductions = attempts_++ / attempts_per_offset;
     y = random_vector(n_, e.closure.empty() ? 3 : 0.4 / (1 + reductions));
-    if (!e.closure.empty()) y += rough_pose(e.tree, mechanism_.assembly);
+    if (e.closure.empty()) return true;
+    for (Eigen::Index c = 0; c < n_; ++c)
+      if (is_slide(c)) y[c] *= length_;
+    y += rough_pose(e.tree, mechanism_.assembly);
     return close_loops(*sheet_.ring, e, y);
   }
 
@@ -473,6 +499,7 @@ class EngineComparison {
   const Mechanism mechanism_;
   InverseDynamics engine_;
   std::optional<dynamics::EquationTerms> terms_;  ///< for chosen speeds
+  double length_;                                 ///< characteristic [m]
   std::mt19937_64 random_;
   Eigen::Index n_;
   int attempts_ = 0;  ///< to find a pose

@@ -427,22 +427,30 @@ std::unique_ptr<ClosureElimination> eliminate_closures(const Mechanism& mechanis
   }
 }
 
-/// Whether the engine, with which the equations are compared, takes these coordinates as independent.
-bool has_engine(const Mechanism& mechanism, const FormulaSheet& sheet, const ClosureElimination& elimination) {
-  InverseOptions options;
-  options.independent = coordinate_names(mechanism, sheet.equations.tree, elimination.independent());
+/// Columns of the tree that determine the motion, in which the engine, with which the equations are compared, has
+/// results; empty if there are none. On its own, the engine might take coordinates of joints that are cut.
+std::vector<int> choose_engine_columns(const Mechanism& mechanism, const SheetOptions& options,
+                                       const FormulaSheet& sheet, const ClosureElimination* elimination) {
   try {
-    const InverseDynamics engine(without_speed_constraints(mechanism), options);
-    return true;
+    const std::vector<int> columns =
+        elimination != nullptr
+            ? elimination->independent()
+            : choose_independent_columns(*sheet.ring, mechanism, sheet.equations, options.independent).independent;
+    InverseOptions engine_options;
+    engine_options.independent = coordinate_names(mechanism, sheet.equations.tree, columns);
+    const InverseDynamics engine(without_speed_constraints(mechanism), engine_options);
+    return columns;
+  } catch (const IndependentCoordinatesError&) {
+    throw;
+  } catch (const FormulaError&) {
   } catch (const std::invalid_argument&) {
-    return false;
   }
+  return {};
 }
 
 /// The equations in the independent coordinates, which those in speeds use, too. Without them, there is an empty section
 /// that is too long, or a note.
-void add_independent_equations(const Mechanism& mechanism, const SheetOptions& options, FormulaSheet& sheet,
-                               ClosureElimination& elimination) {
+void add_independent_equations(const SheetOptions& options, FormulaSheet& sheet, ClosureElimination& elimination) {
   const std::string names = independent_names(sheet.equations, elimination.independent());
   std::vector<SheetSectionKind> requested;
   for (const SheetSectionKind kind : {SheetSectionKind::reduced, SheetSectionKind::speeds})
@@ -456,7 +464,7 @@ void add_independent_equations(const Mechanism& mechanism, const SheetOptions& o
     }
   };
   if (terms > max_reduced_terms) return leave_out();
-  if (!has_engine(mechanism, sheet, elimination)) {
+  if (sheet.independent.empty()) {
     for (const SheetSectionKind kind : requested)
       sheet.notes.push_back("no " + sheet_section_names()[static_cast<std::size_t>(kind)] +
                             ": there is no numerical result in " + names + " to check it with");
@@ -464,7 +472,6 @@ void add_independent_equations(const Mechanism& mechanism, const SheetOptions& o
   }
   try {
     sheet.reduced = derive_reduced_equations(*sheet.ring, sheet.equations, elimination);
-    sheet.independent = elimination.independent();
   } catch (const FormulaError&) {
     if (!options.only.empty()) throw;
     leave_out();
@@ -546,6 +553,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
   const bool needs_elimination = has_requested_elimination(e, options);
   std::unique_ptr<ClosureElimination> elimination;
   if (needs_elimination) elimination = eliminate_closures(mechanism, options, sheet);
+  if (!e.closure.empty()) sheet.independent = choose_engine_columns(mechanism, options, sheet, elimination.get());
   if (elimination) {
     const bool has_rows = !e.closure.empty() || (!e.tree.discs.empty() && !options.only.empty());
     if (has_rows) add(SheetSectionKind::solved, [&] { return make_solved_section(*sheet.ring, e, *elimination); });
@@ -569,8 +577,7 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts
         [&] { return make_effort_section(*sheet.ring, e, *elimination, sheet.solution ? &*sheet.solution : nullptr); });
     const bool has_independent_equations = is_section_requested(options, SheetSectionKind::reduced) ||
                                            is_section_requested(options, SheetSectionKind::speeds);
-    if (!e.closure.empty() && has_independent_equations)
-      add_independent_equations(mechanism, options, sheet, *elimination);
+    if (!e.closure.empty() && has_independent_equations) add_independent_equations(options, sheet, *elimination);
     if (sheet.reduced)
       add(SheetSectionKind::reduced,
           [&] { return make_reduced_section(e, *sheet.reduced, find_section(sheet, SheetSectionKind::solved)); });

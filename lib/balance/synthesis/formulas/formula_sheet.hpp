@@ -61,7 +61,7 @@ struct FormulaSheet {
   std::optional<SpeedFormulas> speeds;                ///< if requested
   conditions::ChosenSpeeds chosen_speeds;             ///< the speeds of `speeds`
   std::optional<ReducedEquations> reduced;            ///< if requested, or needed for speeds, of a mechanism with loops
-  std::vector<int> independent;                       ///< columns of `reduced`; empty without it
+  std::vector<int> independent;                       ///< with loops: columns that determine the motion; may be empty
   std::vector<std::pair<Polynomial, double>> pivots;  ///< divisors in steps, with their usual sizes
   std::vector<std::string> notes;
 };

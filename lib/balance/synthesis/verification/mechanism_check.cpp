@@ -238,8 +238,8 @@ CheckReport check_mechanism(const Study& study, const std::function<void(double)
       study.mechanism.space, [&]<class S>(S) { return MechanismChecker<S>(study, progress).run(); });
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = trajectory::make_overflow_outcome(0, "the centre of mass", study.mechanism);
-  report.rotors = list_rotor_unbalances(study);
-  report.vibrations = find_vibration_modes(study);
+  report.rotors = simulation::list_rotor_unbalances(study.mechanism, study.trajectories);
+  report.vibrations = vibration::find_vibration_modes(study);
   for (const study::TemporaryPayload& payload : study.temporary_payloads)
     report.notes.push_back("payload '" + payload.name + "' is not always there; mass and centre of mass include it");
   return report;

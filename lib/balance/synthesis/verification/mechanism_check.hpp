@@ -3,9 +3,9 @@
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/motion/simulation/rotor_unbalance.hpp"
 #include "balance/motion/study/study.hpp"
-#include "balance/synthesis/verification/rotor_unbalance.hpp"
-#include "balance/synthesis/verification/vibration_modes.hpp"
+#include "balance/motion/vibration/vibration_modes.hpp"
 
 #include <functional>
 #include <string>
@@ -49,8 +49,8 @@ struct CheckReport {
   std::vector<double> start;      ///< coordinates at the start pose
   std::vector<AssemblyMode>
       modes;  ///< found at the start pose; large mechanisms have fewer random starts (a note says how many)
-  std::vector<RotorUnbalance> rotors;      ///< with the payloads that come and go
-  std::vector<VibrationModes> vibrations;  ///< of trajectories with free coordinates
+  std::vector<simulation::RotorUnbalance> rotors;     ///< with the payloads that come and go
+  std::vector<vibration::VibrationModes> vibrations;  ///< of trajectories with free coordinates
   std::vector<std::string> notes;
 };
 

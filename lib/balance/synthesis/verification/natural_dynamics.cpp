@@ -12,26 +12,6 @@ namespace balance::verification::natural {
 
 namespace {
 
-/// Linear interpolation between rows, constant beyond them.
-void interpolate_load(const Load& load, double time, Vector3& force, Vector3& moment) {
-  if (load.time.empty()) {
-    force = load.force.front();
-    moment = load.moment.front();
-    return;
-  }
-  const double t = std::clamp(time, load.time.front(), load.time.back());
-  std::size_t k = 1;
-  while (k + 1 < load.time.size() && load.time[k] < t) ++k;
-  if (load.time.size() == 1) {
-    force = load.force.front();
-    moment = load.moment.front();
-    return;
-  }
-  const double fraction = (t - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
-  force = load.force[k - 1] + fraction * (load.force[k] - load.force[k - 1]);
-  moment = load.moment[k - 1] + fraction * (load.moment[k] - load.moment[k - 1]);
-}
-
 /// Distributes a force at a place, given as an affine form, among the points by virtual power.
 void distribute_force(const AffineForm& point, Complex force, std::vector<Complex>& forces) {
   for (const PointTerm& term : point.terms)
@@ -47,7 +27,9 @@ AppliedForces::AppliedForces(const Mechanism& mechanism, const NaturalModel& mod
   };
   for (const Load& load : mechanism.loads)
     loads_.push_back(
-        {&load, make_point_form(load.body, load.point), model.bodies[static_cast<std::size_t>(load.body)].direction});
+        {model::LoadTable<double>(load),
+         load.is_over_coordinate() ? &model.coordinates[static_cast<std::size_t>(load.coordinate)].form : nullptr,
+         make_point_form(load.body, load.point), model.bodies[static_cast<std::size_t>(load.body)].direction});
   const double L = model.length();
   for (const Spring& spring : mechanism.springs)
     if (spring.is_joint_spring())
@@ -67,9 +49,11 @@ NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, doub
   const double L = model_.length();
   for (const PlacedLoad& placed : loads_) {
     Vector3 load_force, moment;
-    interpolate_load(*placed.load, time, load_force, moment);
+    placed.table.evaluate(placed.coordinate != nullptr ? placed.coordinate->at(position.scalars) : time, load_force,
+                          moment);
     const Complex e = placed.direction.at(position);
-    const Complex force = to_complex(load_force, L) * (placed.load->frame == model::Frame::body ? e : Complex(1));
+    const Complex force =
+        to_complex(load_force, L) * (placed.table.load().frame == model::Frame::body ? e : Complex(1));
     const double load_moment = moment.z() / (L * L);
     distribute_force(placed.point, force, forces);
     distribute_force(placed.direction, imaginary * load_moment * e, forces);  // power turning · ω, with ė = i ω e

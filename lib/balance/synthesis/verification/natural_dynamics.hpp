@@ -1,6 +1,7 @@
 #pragma once
 /// Generalised forces of weight, loads and springs on the unknowns.
 
+#include "balance/mechanics/model/load_table.hpp"
 #include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
 #include "balance/synthesis/verification/natural_equations.hpp"
@@ -30,7 +31,8 @@ class AppliedForces {
 
  private:
   struct PlacedLoad {
-    const Load* load;
+    model::LoadTable<double> table;
+    const ScalarAffineForm* coordinate;  ///< the table's argument; null: the time
     AffineForm point, direction;
   };
   struct PlacedSpring {

@@ -201,6 +201,8 @@ class ModelBuilder {
     for (const Friction& friction : mechanism_.friction) make_scalar(friction.coordinate);
     for (const Spring& spring : mechanism_.springs)
       if (spring.is_joint_spring()) make_scalar(spring.coordinate);
+    for (const Load& load : mechanism_.loads)
+      if (load.is_over_coordinate()) make_scalar(load.coordinate);
     for (const Disc& disc : mechanism_.discs) make_scalars(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const BodyId body = mechanism_.tool->body;

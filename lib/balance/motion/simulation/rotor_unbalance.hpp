@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::verification {
+namespace balance::simulation {
 
 /// A vector perpendicular to a rotor's axis and fixed to it.
 struct UnbalanceVector {
@@ -50,6 +50,14 @@ struct RotorUnbalance {
 /// The permissible residual unbalance U_per = m G/Ω is shared over the planes as ISO 21940-11 does: in proportion to the
 /// distance of the centre of mass from the other plane, but at least 0.3 and at most 0.7; equally if the centre of mass
 /// lies outside the planes.
-std::vector<RotorUnbalance> list_rotor_unbalances(const Study& study);
+std::vector<RotorUnbalance> list_rotor_unbalances(const Mechanism& mechanism,
+                                                  const std::vector<Trajectory>& trajectories);
 
-}  // namespace balance::verification
+/// Bodies that are rotors.
+std::vector<std::string> list_rotor_names(const Mechanism& mechanism);
+
+/// The balance quality of one rotor along one trajectory [mm/s]; NaN if its numbers are not finite.
+/// @throws std::invalid_argument if the body is no rotor, or the trajectory does not turn it at a constant speed
+double compute_rotor_quality(const Mechanism& mechanism, const Trajectory& trajectory, const std::string& body);
+
+}  // namespace balance::simulation

@@ -1,6 +1,6 @@
 /// The unbalance of random rotors, judged by the forces of a simulated uniform turn.
 
-#include "balance/synthesis/verification/rotor_unbalance.hpp"
+#include "balance/motion/simulation/rotor_unbalance.hpp"
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/motion/simulation/simulate.hpp"
@@ -15,7 +15,7 @@
 namespace rotor_unbalance_test {
 
 using namespace balance;
-using namespace balance::verification;
+using namespace balance::simulation;
 
 namespace {
 
@@ -79,7 +79,7 @@ TEST_CASE("a rotor that turns uniformly pulls with its static unbalance times th
     const Study study = random_rotor(seed);
     const RunResult run = simulate(study.mechanism, study.trajectories.front());
     REQUIRE(run.outcome.status == MotionStatus::done);
-    const std::vector<RotorUnbalance> rotors = list_rotor_unbalances(study);
+    const std::vector<RotorUnbalance> rotors = list_rotor_unbalances(study.mechanism, study.trajectories);
     REQUIRE(rotors.size() == 1);
     const RotorUnbalance& rotor = rotors.front();
     // round-off of a few operations on forces of 1e4 N
@@ -110,7 +110,7 @@ TEST_CASE("a rotor that turns uniformly pulls with its static unbalance times th
 
 TEST_CASE("masses opposite to the unbalances in both planes leave none") {
   Study study = random_rotor(3);
-  const RotorUnbalance before = list_rotor_unbalances(study).front();
+  const RotorUnbalance before = list_rotor_unbalances(study.mechanism, study.trajectories).front();
   const Joint& joint = study.mechanism.joints[0];  // the rotor is its first body
   REQUIRE(joint.first == 1);
   const Vector3 axis = joint.axis, x = (Vector3::UnitX() - axis.x() * axis).normalized(), y = axis.cross(x);
@@ -123,7 +123,7 @@ TEST_CASE("masses opposite to the unbalances in both planes leave none") {
                                                        std::cos(plane.unbalance.angle) * x -
                                                        std::sin(plane.unbalance.angle) * y,
                                            .mass = plane.unbalance.magnitude});
-  const RotorUnbalance after = list_rotor_unbalances(study).front();
+  const RotorUnbalance after = list_rotor_unbalances(study.mechanism, study.trajectories).front();
   CHECK(after.static_unbalance.magnitude == 0);
   CHECK(after.couple_unbalance.magnitude < 1e-11);
   CHECK(after.qualities[0].grade == 0.4);
@@ -137,19 +137,19 @@ TEST_CASE("round-off across an unbalance does not turn its angle by a whole turn
   m.joints[0].rotation.setIdentity();
   m.joints[0].point_first.setZero(), m.joints[0].point_second.setZero();
   m.bodies[1].com = Vector3(0.1, -1e-18, 0);
-  const RotorUnbalance rotor = list_rotor_unbalances(study).front();
+  const RotorUnbalance rotor = list_rotor_unbalances(study.mechanism, study.trajectories).front();
   CHECK(rotor.static_unbalance.magnitude == doctest::Approx(0.1 * m.bodies[1].mass).epsilon(1e-15));
   CHECK(rotor.static_unbalance.angle == 0);
 }
 
 TEST_CASE("planes are those of two places of counterweights, else of two places of points, else there are none") {
   Study study = random_rotor(2);
-  CHECK(list_rotor_unbalances(study).front().planes[0].name == "a");
+  CHECK(list_rotor_unbalances(study.mechanism, study.trajectories).front().planes[0].name == "a");
   study.mechanism.attachments.pop_back();
   study.mechanism.attachments.pop_back();
-  CHECK(list_rotor_unbalances(study).front().planes.empty());
+  CHECK(list_rotor_unbalances(study.mechanism, study.trajectories).front().planes.empty());
   study.mechanism.bodies[1].points = {{"A", Vector3(0, 0, 0)}, {"B", Vector3(1, 2, 3)}};
-  const std::vector<CorrectionPlane> planes = list_rotor_unbalances(study).front().planes;
+  const std::vector<CorrectionPlane> planes = list_rotor_unbalances(study.mechanism, study.trajectories).front().planes;
   REQUIRE(planes.size() == 2);
   CHECK((planes[0].name == "A" && planes[1].name == "B"));
 }

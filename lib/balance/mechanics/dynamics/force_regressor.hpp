@@ -7,6 +7,7 @@
 #include "balance/mechanics/dynamics/external_forces.hpp"
 #include "balance/mechanics/dynamics/inertia_regressor.hpp"
 #include "balance/mechanics/kinematics/motion_stepper.hpp"
+#include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
 
 #include <functional>
@@ -14,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::design {
+namespace balance::dynamics {
 
 /// Generalised forces of springs in tree coordinates, and other linear functions of their wrenches, per unit of their
 /// parameters (listed in mechanics/dynamics/dynamic_parameters.hpp).
@@ -22,9 +23,9 @@ template <class S>
 class SpringRegressor {
  public:
   /// A linear function of wrenches on the nodes, which it may overwrite.
-  using WrenchFunction = std::function<VectorX(std::vector<dynamics::Wrench<S>>& wrenches)>;
+  using WrenchFunction = std::function<VectorX(std::vector<Wrench<S>>& wrenches)>;
 
-  SpringRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const dynamics::FreeSprings& loose);
+  SpringRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, const FreeSprings& loose);
 
   /// Number of parameters of all springs.
   Eigen::Index count() const { return count_; }
@@ -38,7 +39,7 @@ class SpringRegressor {
 
  private:
   /// A spring of stiffness 1 between its own or unit end points.
-  using UnitSpring = dynamics::ExternalForces<S>;
+  using UnitSpring = ExternalForces<S>;
 
   /// Parametrisation of a spring.
   enum class SpringKind { fixed, loose, in_joint };
@@ -53,14 +54,14 @@ class SpringRegressor {
   std::vector<UnitSpring> unit_springs_;
   std::vector<SpringKind> kinds_;  ///< per spring
   Eigen::Index count_ = 0;
-  std::vector<dynamics::Wrench<S>> wrenches_;
+  std::vector<Wrench<S>> wrenches_;
 };
 
 extern template class SpringRegressor<kinematics::Planar>;
 extern template class SpringRegressor<kinematics::Spatial>;
 
 /// The quantity that a figure is computed from.
-struct CostQuantity {
+struct AffineQuantity {
   enum class Kind {
     torque,
     power,
@@ -75,23 +76,42 @@ struct CostQuantity {
   Kind kind = Kind::torque;
   std::optional<int> member = {};     ///< actuator or joint; std::nullopt: the worst of all actuators or joints
   bool is_combined = false;           ///< norm of all torques as one vector
+  bool is_min_peak = false;           ///< the worst torque of the distribution of least peak
   std::optional<int> component = {};  ///< of a vector; std::nullopt: the vector itself
   std::optional<Vector3> about = {};  ///< world point of shaking and ground moments; std::nullopt: the trajectory's
 
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
   bool of_joints() const { return kind == Kind::joint_force || kind == Kind::joint_moment; }
+  /// Whether it is a force or the component of one; else an effort, a moment, a power or an energy.
+  bool is_force() const {
+    return kind == Kind::shaking_force || kind == Kind::ground_force || kind == Kind::joint_force;
+  }
 };
 
+/// The name under which figures of a quantity are found. The least peak of all torques is a quantity of its own: of no
+/// other figure is the distribution of least peak a convex function of the parameters.
 /// @param name as in RunResult::metrics
+std::string name_cost_quantity(const Mechanism& mechanism, Statistic figure, const std::string& name);
+
+/// Number of parts of the quantity that are compared: the figure is that of the worst one.
+std::size_t count_parts(const Mechanism& mechanism, const AffineQuantity& quantity, int freedoms);
+
+/// @param name as in RunResult::metrics, or as name_cost_quantity
 /// @return std::nullopt if the mechanism has no such quantity or it is not linear in the parameters
-std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
+std::optional<AffineQuantity> find_affine_quantity(const Mechanism& mechanism, const std::string& name);
+
+/// Names of the scalars that the rows of ForceRegressor::evaluate() stand for: "shaking_force[x]", "torque[A]",
+/// "joint_force[B][x]".
+/// @param name of the quantity, as in find_affine_quantity()
+std::vector<std::string> list_row_names(const Mechanism& mechanism, const AffineQuantity& quantity,
+                                        const std::string& name);
 
 template <class S>
 class ForceRegressor {
  public:
   /// @param mechanism, tree must outlive this object
   ForceRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, int freedoms, const Vector3& about,
-                 const dynamics::FreeSprings& loose);
+                 const FreeSprings& loose);
   ForceRegressor(const ForceRegressor&) = delete;
   ForceRegressor& operator=(const ForceRegressor&) = delete;
 
@@ -104,32 +124,34 @@ class ForceRegressor {
   /// @param rows one per actuator or component × columns() [SI]
   /// For several actuators or joints, their rows follow each other.
   /// @return false if the actuators cannot hold the mechanism
-  bool evaluate(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  bool evaluate(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
 
  private:
-  bool evaluate_vector(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  dynamics::InertiaRegressor<S> compute_regressor(kinematics::MotionStepper<S>& stepper,
-                                                  const typename S::Vector& base) const;
-  bool torque(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  bool evaluate_vector(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
+  InertiaRegressor<S> compute_regressor(kinematics::MotionStepper<S>& stepper, const typename S::Vector& base) const;
+  bool torque(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
+  MatrixX min_peak_combinations() const;
   void evaluate_generalised_forces(kinematics::MotionStepper<S>& stepper);
   void constant_torque(kinematics::MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
-  bool joint_reaction(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  MatrixX multiplier_reactions(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity);
-  VectorX read_reactions(const kinematics::TreeState<S>& state, const CostQuantity& quantity,
-                         std::vector<dynamics::Wrench<S>>& wrenches);
-  void shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const;
-  void ground_reaction(kinematics::MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  bool joint_reaction(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
+  MatrixX multiplier_reactions(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity);
+  VectorX read_reactions(const kinematics::TreeState<S>& state, const AffineQuantity& quantity,
+                         std::vector<Wrench<S>>& wrenches);
+  void shift_moment_point(const AffineQuantity& quantity, const MatrixX& force, MatrixX& moment) const;
+  void ground_reaction(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
   void kinetic_energy(const kinematics::TreeState<S>& state, MatrixX& rows) const;
 
   const Mechanism& mechanism_;
   const kinematics::Tree<S>& tree_;
   typename S::Vector gravity_, about_;
   Eigen::Index inertial_;
-  Mechanism loads_mechanism_;  ///< the loads only
-  dynamics::ExternalForces<S> loads_;
+  int freedoms_;
+  Mechanism loads_mechanism_;       ///< the loads only
+  Mechanism least_norm_mechanism_;  ///< without a distribution of efforts that is not linear
+  ExternalForces<S> loads_;
   SpringRegressor<S> springs_;
-  dynamics::Actuation<S> actuation_;
-  std::vector<dynamics::Wrench<S>> wrenches_;
+  Actuation<S> actuation_;
+  std::vector<Wrench<S>> wrenches_;
   MatrixX projection_, tau_;
   Sample reactions_;  ///< of the joints
 };
@@ -137,4 +159,4 @@ class ForceRegressor {
 extern template class ForceRegressor<kinematics::Planar>;
 extern template class ForceRegressor<kinematics::Spatial>;
 
-}  // namespace balance::design
+}  // namespace balance::dynamics

@@ -1,4 +1,4 @@
-#include "balance/synthesis/verification/rotor_unbalance.hpp"
+#include "balance/motion/simulation/rotor_unbalance.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
 
@@ -7,9 +7,10 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <variant>
 
-namespace balance::verification {
+namespace balance::simulation {
 
 namespace {
 
@@ -165,9 +166,8 @@ RotorQuality rate_quality(const RotorUnbalance& rotor, const std::string& trajec
   return quality;
 }
 
-RotorUnbalance measure_rotor(const Study& study, const Joint& joint, CoordinateId coordinate, const RotorAxis& axis,
-                             double tolerance) {
-  const Mechanism& mechanism = study.mechanism;
+RotorUnbalance measure_rotor(const Mechanism& mechanism, const std::vector<Trajectory>& trajectories,
+                             const Joint& joint, CoordinateId coordinate, const RotorAxis& axis, double tolerance) {
   const MassMoments sum = sum_masses(mechanism, axis);
   RotorUnbalance rotor{.body = mechanism.bodies[static_cast<std::size_t>(axis.body)].name,
                        .joint = joint.name,
@@ -184,7 +184,7 @@ RotorUnbalance measure_rotor(const Study& study, const Joint& joint, CoordinateI
     rotor.planes = list_planes(mechanism, axis, tolerance);
     resolve_in_planes(axis, sum, rotor.planes);
   }
-  for (const Trajectory& trajectory : study.trajectories)
+  for (const Trajectory& trajectory : trajectories)
     if (const double speed = find_constant_speed(trajectory, coordinate); speed > 0)
       rotor.qualities.push_back(rate_quality(rotor, trajectory.name, speed));
   return rotor;
@@ -192,8 +192,8 @@ RotorUnbalance measure_rotor(const Study& study, const Joint& joint, CoordinateI
 
 }  // namespace
 
-std::vector<RotorUnbalance> list_rotor_unbalances(const Study& study) {
-  const Mechanism& mechanism = study.mechanism;
+std::vector<RotorUnbalance> list_rotor_unbalances(const Mechanism& mechanism,
+                                                  const std::vector<Trajectory>& trajectories) {
   const std::vector<std::vector<JointId>> joints_of_body = joints_of_bodies(mechanism);
   const std::vector<std::vector<CoordinateId>> coordinates = coordinates_of_joints(mechanism);
   const double tolerance = plane_tolerance * characteristic_length(mechanism);  // quadratic in the points
@@ -201,10 +201,31 @@ std::vector<RotorUnbalance> list_rotor_unbalances(const Study& study) {
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
     const std::optional<RotorAxis> axis = find_rotor_axis(mechanism.joints[j]);
     if (!axis || joints_of_body[static_cast<std::size_t>(axis->body)].size() != 1) continue;
-    RotorUnbalance rotor = measure_rotor(study, mechanism.joints[j], coordinates[j].front(), *axis, tolerance);
+    RotorUnbalance rotor =
+        measure_rotor(mechanism, trajectories, mechanism.joints[j], coordinates[j].front(), *axis, tolerance);
     if (rotor.mass > 0) rotors.push_back(std::move(rotor));
   }
   return rotors;
 }
 
-}  // namespace balance::verification
+std::vector<std::string> list_rotor_names(const Mechanism& mechanism) {
+  const std::vector<std::vector<JointId>> joints_of_body = joints_of_bodies(mechanism);
+  std::vector<std::string> names;
+  for (const Joint& joint : mechanism.joints)
+    if (const std::optional<RotorAxis> axis = find_rotor_axis(joint);
+        axis && joints_of_body[static_cast<std::size_t>(axis->body)].size() == 1)
+      names.push_back(mechanism.bodies[static_cast<std::size_t>(axis->body)].name);
+  return names;
+}
+
+double compute_rotor_quality(const Mechanism& mechanism, const Trajectory& trajectory, const std::string& body) {
+  for (const RotorUnbalance& rotor : list_rotor_unbalances(mechanism, {trajectory})) {
+    if (rotor.body != body) continue;
+    if (rotor.qualities.empty())
+      throw std::invalid_argument("'" + trajectory.name + "' does not turn " + body + " at a constant speed");
+    return rotor.qualities.front().quality;
+  }
+  throw std::invalid_argument(body + " is no rotor with a mass: its only joint must be a revolute one with the ground");
+}
+
+}  // namespace balance::simulation

@@ -1,5 +1,6 @@
-#include "balance/synthesis/design/force_regressor.hpp"
+#include "balance/mechanics/dynamics/force_regressor.hpp"
 
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/mechanics/dynamics/external_forces.hpp"
 #include "balance/mechanics/dynamics/sample_quantities.hpp"
 #include "balance/mechanics/model/landmark.hpp"
@@ -8,7 +9,7 @@
 
 #include <algorithm>
 
-namespace balance::design {
+namespace balance::dynamics {
 
 using kinematics::MotionStepper;
 
@@ -19,6 +20,21 @@ Mechanism extract_loads(const Mechanism& mechanism) {
   Mechanism loads_only;
   loads_only.loads = mechanism.loads;
   return loads_only;
+}
+
+/// A mechanism whose efforts are linear in the forces.
+Mechanism replace_nonlinear_distribution(Mechanism mechanism) {
+  if (!has_linear_efforts(mechanism)) mechanism.torque_distribution.reset();
+  return mechanism;
+}
+
+/// Below it, relative to the largest, choices of actuators have internal efforts of their own.
+constexpr double internal_rank_threshold = 1e-9;
+
+Eigen::Index count_choices(Eigen::Index of, Eigen::Index size) {
+  Eigen::Index choices = 1;
+  for (Eigen::Index k = 1; k <= size; ++k) choices = choices * (of - size + k) / k;
+  return choices;
 }
 
 void write_energy_row(double w, const Vector2& v, double* out) {
@@ -41,30 +57,32 @@ void write_energy_row(const Vector3& w, const Vector3& v, double* out) {
 
 template <class S>
 ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree, int freedoms,
-                                  const Vector3& about, const dynamics::FreeSprings& loose)
+                                  const Vector3& about, const FreeSprings& loose)
     : mechanism_(mechanism),
       tree_(tree),
       gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       about_(kinematics::to_vector<S>(about)),
       inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
+      freedoms_(freedoms),
       loads_mechanism_(extract_loads(mechanism)),
+      least_norm_mechanism_(replace_nonlinear_distribution(mechanism)),
       loads_(loads_mechanism_, tree),
       springs_(mechanism, tree, loose),
-      actuation_(mechanism, tree, freedoms),
+      actuation_(least_norm_mechanism_, tree, freedoms),
       wrenches_(tree.nodes.size()) {
   reactions_.constraint_force.setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
 }
 
 template <class S>
-bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows) {
   if (!evaluate_vector(stepper, quantity, rows)) return false;
   if (quantity.component) rows = MatrixX(rows.row(*quantity.component));
   return true;
 }
 
 template <class S>
-bool ForceRegressor<S>::evaluate_vector(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
-  using Kind = CostQuantity::Kind;
+bool ForceRegressor<S>::evaluate_vector(MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows) {
+  using Kind = AffineQuantity::Kind;
   if (quantity.of_actuators()) return torque(stepper, quantity, rows);
   if (quantity.of_joints()) return joint_reaction(stepper, quantity, rows);
   if (quantity.kind == Kind::ground_force || quantity.kind == Kind::ground_moment) {
@@ -79,16 +97,15 @@ bool ForceRegressor<S>::evaluate_vector(MotionStepper<S>& stepper, const CostQua
     kinetic_energy(stepper.state(), rows);
     return true;
   }
-  dynamics::InertiaRegressor<S> momentum =
-      compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
+  InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
   if (quantity.kind == Kind::shaking_moment) shift_moment_point(quantity, momentum.force, momentum.moment);
   rows.leftCols(inertial_) = quantity.kind == Kind::shaking_force ? momentum.force : momentum.moment;
   return true;
 }
 
 template <class S>
-dynamics::InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepper,
-                                                                   const typename S::Vector& base) const {
+InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepper,
+                                                         const typename S::Vector& base) const {
   kinematics::compute_accelerations<S>(tree_, stepper.dy(), stepper.ddy(), base, stepper.state());
   return dynamics::compute_regressor(tree_, stepper.state());
 }
@@ -104,12 +121,16 @@ void ForceRegressor<S>::evaluate_generalised_forces(MotionStepper<S>& stepper) {
 
 /// u = E τ. Power: multiplied by the actuator's rate.
 template <class S>
-bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows) {
   if (!actuation_.project(stepper.equations(), projection_)) return false;
   evaluate_generalised_forces(stepper);
+  if (quantity.is_min_peak) {
+    rows.noalias() = min_peak_combinations() * (projection_ * tau_);
+    return true;
+  }
   const Eigen::Index first = quantity.member.value_or(0), count = quantity.member ? 1 : projection_.rows();
   rows.noalias() = projection_.middleRows(first, count) * tau_;
-  if (quantity.kind == CostQuantity::Kind::torque) return true;
+  if (quantity.kind == AffineQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
     const kinematics::LinearQuantity& source =
         tree_.coordinate_expressions[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
@@ -118,29 +139,60 @@ bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& qu
   return true;
 }
 
+/// The least peak of efforts u = u0 + N λ, with u0 = E τ and N the internal efforts, is by duality the largest y·u0 with
+/// Nᵀ y = 0 and Σ |y| = 1. Its vertices have at most one component more than there are internal efforts: every choice of
+/// so many actuators gives one, and the least peak is the largest of these |y·u0|.
+/// @return one y per row; 0 where a choice of actuators has more than one
+template <class S>
+MatrixX ForceRegressor<S>::min_peak_combinations() const {
+  const Eigen::Index actuators = projection_.rows(), support = actuators - freedoms_ + 1;
+  if (support == 1) return MatrixX::Identity(actuators, actuators);
+  const MatrixX Q = numerics::ColumnPivotingQr(projection_).householderQ();  // E reaches what N does not
+  const MatrixX internal = Q.rightCols(support - 1);
+  std::vector<bool> is_chosen(static_cast<std::size_t>(actuators), false);
+  std::fill(is_chosen.begin(), is_chosen.begin() + support, true);
+  MatrixX combinations = MatrixX::Zero(static_cast<Eigen::Index>(count_choices(actuators, support)), actuators);
+  for (Eigen::Index row = 0; row < combinations.rows(); ++row) {
+    std::vector<Eigen::Index> chosen;
+    for (Eigen::Index a = 0; a < actuators; ++a)
+      if (is_chosen[static_cast<std::size_t>(a)]) chosen.push_back(a);
+    numerics::ColumnPivotingQr factors;
+    factors.setThreshold(internal_rank_threshold);
+    factors.compute(MatrixX(internal(chosen, Eigen::all)));
+    if (factors.rank() == support - 1) {
+      const MatrixX complement = factors.householderQ();
+      const VectorX y = complement.rightCols(1);
+      for (std::size_t k = 0; k < chosen.size(); ++k)
+        combinations(row, chosen[k]) = y[static_cast<Eigen::Index>(k)] / y.lpNorm<1>();
+    }
+    std::prev_permutation(is_chosen.begin(), is_chosen.end());
+  }
+  return combinations;
+}
+
 /// Loads and friction, which depend only on the motion.
 template <class S>
 void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau) {
   tau.setZero();
   if (!loads_.is_empty()) {
     for (auto& wrench : wrenches_) wrench = {};
-    dynamics::Wrench<S> total, loads;
-    loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
+    Wrench<S> total, loads;
+    loads_.subtract(stepper.state(), stepper.y(), stepper.time(), wrenches_, total, loads);
     compute_wrench_forces(tree_, stepper.state(), wrenches_, tau.data());
   }
   if (!mechanism_.friction.empty())
-    dynamics::add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
+    add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
 /// The reactions that wrenches on the nodes cause without loops, and those that closures have exerted already.
 /// @param wrenches minus the wrenches on the nodes; overwritten
 template <class S>
-VectorX ForceRegressor<S>::read_reactions(const kinematics::TreeState<S>& state, const CostQuantity& quantity,
-                                          std::vector<dynamics::Wrench<S>>& wrenches) {
+VectorX ForceRegressor<S>::read_reactions(const kinematics::TreeState<S>& state, const AffineQuantity& quantity,
+                                          std::vector<Wrench<S>>& wrenches) {
   VectorX unused(tree_.columns);
   compute_wrench_forces(tree_, state, wrenches, unused.data());
   compute_joint_reactions(mechanism_, tree_, state, wrenches, reactions_);
-  const bool is_force = quantity.kind == CostQuantity::Kind::joint_force;
+  const bool is_force = quantity.kind == AffineQuantity::Kind::joint_force;
   const std::vector<Vector3>& all = is_force ? reactions_.joint_force : reactions_.joint_moment;
   const int width = is_force ? S::dimension : S::angular_dimension;
   const int count = quantity.member ? 1 : static_cast<int>(all.size());
@@ -153,7 +205,7 @@ VectorX ForceRegressor<S>::read_reactions(const kinematics::TreeState<S>& state,
 
 /// The reactions per unit multiplier of each closure row.
 template <class S>
-MatrixX ForceRegressor<S>::multiplier_reactions(MotionStepper<S>& stepper, const CostQuantity& quantity) {
+MatrixX ForceRegressor<S>::multiplier_reactions(MotionStepper<S>& stepper, const AffineQuantity& quantity) {
   MatrixX reactions;
   std::vector<double> multipliers(static_cast<std::size_t>(tree_.closure_rows), 0);
   for (std::size_t r = 0; r < multipliers.size(); ++r) {
@@ -173,21 +225,21 @@ MatrixX ForceRegressor<S>::multiplier_reactions(MotionStepper<S>& stepper, const
 /// Reactions without loops, plus those of the closures' multipliers, which are a matrix times the generalised forces. In
 /// over-constrained loops they are the multipliers of least norm, a linear function of the generalised forces as well.
 template <class S>
-bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows) {
   evaluate_generalised_forces(stepper);
   const kinematics::TreeState<S>& state = stepper.state();
-  const auto read = [&](std::vector<dynamics::Wrench<S>>& wrenches) {
+  const auto read = [&](std::vector<Wrench<S>>& wrenches) {
     reactions_.joint_force.assign(mechanism_.joints.size(), Vector3::Zero());
     reactions_.joint_moment = reactions_.joint_force;
     return read_reactions(state, quantity, wrenches);
   };
   for (auto& wrench : wrenches_) wrench = {};
-  dynamics::Wrench<S> total, loads;
-  loads_.subtract(state, stepper.time(), wrenches_, total, loads);
+  Wrench<S> total, loads;
+  loads_.subtract(state, stepper.y(), stepper.time(), wrenches_, total, loads);
   const VectorX constant = read(wrenches_);
   rows.setZero(constant.size(), columns());
   rows.rightCols(1) = constant;
-  const dynamics::UnitWrenches<S> unit_wrenches = dynamics::compute_unit_wrenches(tree_, state);
+  const UnitWrenches<S> unit_wrenches = compute_unit_wrenches(tree_, state);
   for (std::size_t p = 0; p < unit_wrenches.size(); ++p) {
     const kinematics::NodeId node = tree_.mass_elements[p / S::inertial_parameter_count].frame.node;
     if (node == 0) continue;
@@ -209,7 +261,8 @@ bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const CostQuan
 
 /// Shifts moments from the origin of the world to the moment reference point.
 template <class S>
-void ForceRegressor<S>::shift_moment_point(const CostQuantity& quantity, const MatrixX& force, MatrixX& moment) const {
+void ForceRegressor<S>::shift_moment_point(const AffineQuantity& quantity, const MatrixX& force,
+                                           MatrixX& moment) const {
   const typename S::Vector about = quantity.about ? kinematics::to_vector<S>(*quantity.about) : about_;
   for (Eigen::Index p = 0; p < force.cols(); ++p) {
     const typename S::Vector f = force.col(p);
@@ -220,15 +273,15 @@ void ForceRegressor<S>::shift_moment_point(const CostQuantity& quantity, const M
 
 /// Force or moment on the ground: weight and loads minus the rate of momentum.
 template <class S>
-void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
-  const dynamics::InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
+void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows) {
+  const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
   MatrixX force = MatrixX::Zero(S::dimension, columns());
   force.leftCols(inertial_) = -exerted.force;
   for (auto& wrench : wrenches_) wrench = {};
-  dynamics::Wrench<S> total, loads;
-  loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
+  Wrench<S> total, loads;
+  loads_.subtract(stepper.state(), stepper.y(), stepper.time(), wrenches_, total, loads);
   force.rightCols(1) = loads.force;
-  if (quantity.kind == CostQuantity::Kind::ground_force) {
+  if (quantity.kind == AffineQuantity::Kind::ground_force) {
     rows = force;
     return;
   }
@@ -261,41 +314,41 @@ template class ForceRegressor<kinematics::Spatial>;
 
 namespace {
 
-std::optional<CostQuantity> find_actuator_quantity(const Mechanism& mechanism, const std::string& name) {
-  const CostQuantity::Kind kind =
-      results::effort_array_name(name) == "power" ? CostQuantity::Kind::power : CostQuantity::Kind::torque;
+std::optional<AffineQuantity> find_actuator_quantity(const Mechanism& mechanism, const std::string& name) {
+  const AffineQuantity::Kind kind =
+      results::effort_array_name(name) == "power" ? AffineQuantity::Kind::power : AffineQuantity::Kind::torque;
   const std::vector<CoordinateId>& actuators = mechanism.actuators;
   const auto kind_of = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
   const std::size_t bracket = name.find('[');
   if (bracket == std::string::npos) {  // the maximum over actuators requires equal units
     const bool has_equal_kinds = std::all_of(actuators.begin(), actuators.end(), [&](int c) {
-      return kind == CostQuantity::Kind::power || kind_of(c) == kind_of(actuators[0]);
+      return kind == AffineQuantity::Kind::power || kind_of(c) == kind_of(actuators[0]);
     });
-    return has_equal_kinds && !actuators.empty() ? std::optional(CostQuantity{.kind = kind}) : std::nullopt;
+    return has_equal_kinds && !actuators.empty() ? std::optional(AffineQuantity{.kind = kind}) : std::nullopt;
   }
   for (std::size_t a = 0; a < actuators.size(); ++a)
     if (name.substr(bracket) == "[" + mechanism.coordinates[actuators[a]].name + "]")
-      return CostQuantity{.kind = kind, .member = static_cast<int>(a)};
+      return AffineQuantity{.kind = kind, .member = static_cast<int>(a)};
   return std::nullopt;
 }
 
 /// A quantity without component or point.
-std::optional<CostQuantity> find_whole_quantity(const Mechanism& mechanism, const std::string& name) {
-  using Kind = CostQuantity::Kind;
+std::optional<AffineQuantity> find_whole_quantity(const Mechanism& mechanism, const std::string& name) {
+  using Kind = AffineQuantity::Kind;
   if (name == "total_torque" && mechanism.actuators.size() > 1) {
-    std::optional<CostQuantity> all = find_actuator_quantity(mechanism, "torque");
+    std::optional<AffineQuantity> all = find_actuator_quantity(mechanism, "torque");
     if (all) all->is_combined = true;
     return all;
   }
   if (const std::string stem = results::effort_array_name(name); stem == "torque" || stem == "power")
     return find_actuator_quantity(mechanism, name);
-  constexpr std::pair<const char*, Kind> named_cost_quantities[] = {
+  constexpr std::pair<const char*, Kind> named_quantities[] = {
       {"shaking_force", Kind::shaking_force},  {"shaking_moment", Kind::shaking_moment},
       {"ground_force", Kind::ground_force},    {"ground_moment", Kind::ground_moment},
       {"joint_force", Kind::joint_force},      {"joint_moment", Kind::joint_moment},
       {"kinetic_energy", Kind::kinetic_energy}};
-  for (const auto& [text, kind] : named_cost_quantities) {
-    CostQuantity quantity{.kind = kind};
+  for (const auto& [text, kind] : named_quantities) {
+    AffineQuantity quantity{.kind = kind};
     if (name == text) return quantity;
     for (std::size_t j = 0; quantity.of_joints() && j < mechanism.joints.size(); ++j) {
       if (name != std::string(text) + "[" + mechanism.joints[j].name + "]") continue;
@@ -307,8 +360,8 @@ std::optional<CostQuantity> find_whole_quantity(const Mechanism& mechanism, cons
 }
 
 /// Names of the components of a vector; empty for a scalar.
-std::vector<std::string> list_components(const Mechanism& mechanism, const CostQuantity& quantity) {
-  using Kind = CostQuantity::Kind;
+std::vector<std::string> list_components(const Mechanism& mechanism, const AffineQuantity& quantity) {
+  using Kind = AffineQuantity::Kind;
   const bool is_planar = mechanism.space == SpaceKind::planar;
   switch (quantity.kind) {
     case Kind::torque:
@@ -326,10 +379,44 @@ std::vector<std::string> list_components(const Mechanism& mechanism, const CostQ
 
 }  // namespace
 
-std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
-  using Kind = CostQuantity::Kind;
+namespace {
+
+/// In the names of quantities.
+constexpr const char* min_peak_torque = "least peak torque";
+/// More parts than this are not worth a proof.
+constexpr Eigen::Index max_actuator_choices = 200;
+
+/// Whether all actuators count alike and only their peak matters.
+bool has_plain_min_peak(const Mechanism& mechanism) {
+  const auto& distribution = mechanism.torque_distribution;
+  const auto size = static_cast<Eigen::Index>(mechanism.actuators.size());
+  return distribution && distribution->method == model::DistributionMethod::min_peak && !distribution->is_weighted() &&
+         !distribution->has_limits() && !distribution->has_preload() && find_actuator_quantity(mechanism, "torque") &&
+         count_choices(size, size / 2) <= max_actuator_choices;
+}
+
+}  // namespace
+
+std::string name_cost_quantity(const Mechanism& mechanism, Statistic figure, const std::string& name) {
+  const bool is_min_peak = figure == Statistic::peak && name == "torque" && has_plain_min_peak(mechanism);
+  return is_min_peak ? min_peak_torque : name;
+}
+
+std::size_t count_parts(const Mechanism& mechanism, const AffineQuantity& quantity, int freedoms) {
+  if (quantity.member || quantity.is_combined) return 1;
+  const auto actuators = static_cast<Eigen::Index>(mechanism.actuators.size());
+  if (quantity.is_min_peak) return static_cast<std::size_t>(count_choices(actuators, actuators - freedoms + 1));
+  return quantity.of_actuators() ? mechanism.actuators.size() : quantity.of_joints() ? mechanism.joints.size() : 1;
+}
+
+std::optional<AffineQuantity> find_affine_quantity(const Mechanism& mechanism, const std::string& name) {
+  using Kind = AffineQuantity::Kind;
+  if (name == min_peak_torque) {
+    if (!has_plain_min_peak(mechanism)) return std::nullopt;
+    return AffineQuantity{.kind = Kind::torque, .is_min_peak = true};
+  }
   const auto [moment, point] = results::split_moment_point(name);
-  std::optional<CostQuantity> quantity = find_whole_quantity(mechanism, moment);
+  std::optional<AffineQuantity> quantity = find_whole_quantity(mechanism, moment);
   if (const auto [stem, label] = results::split_component(moment); !quantity && !stem.empty()) {
     quantity = find_whole_quantity(mechanism, stem);
     if (!quantity || (quantity->of_joints() && !quantity->member)) return std::nullopt;
@@ -350,6 +437,33 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
   return quantity;
 }
 
+std::vector<std::string> list_row_names(const Mechanism& mechanism, const AffineQuantity& quantity,
+                                        const std::string& name) {
+  const auto [stem, point] = results::split_moment_point(name);
+  const std::string about = point.empty() ? "" : " about " + point;
+  const std::vector<std::string> components =
+      quantity.component ? std::vector<std::string>() : list_components(mechanism, quantity);
+  std::vector<std::string> members{stem};
+  if (quantity.of_actuators() && !quantity.member) {
+    members.clear();
+    const std::string array = quantity.kind == AffineQuantity::Kind::power ? "power" : "torque";
+    for (const CoordinateId actuator : mechanism.actuators)
+      members.push_back(array + "[" + mechanism.coordinates[static_cast<std::size_t>(actuator)].name + "]");
+  } else if (quantity.of_joints() && !quantity.member) {
+    members.clear();
+    for (const Joint& joint : mechanism.joints) members.push_back(stem + "[" + joint.name + "]");
+  }
+  std::vector<std::string> names;
+  for (std::string& member : members) {
+    std::string mistake;
+    if (const auto described = results::describe_quantity(mechanism, member, mistake)) member = described->name;
+    if (components.size() < 2) names.push_back(member + about);
+    for (std::size_t c = 0; c < components.size() && components.size() > 1; ++c)
+      names.push_back(member + "[" + components[c] + "]" + about);
+  }
+  return names;
+}
+
 namespace {
 
 /// Number of end points at which loose springs are sampled: the origin and one on each axis.
@@ -363,7 +477,7 @@ Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero(
 
 template <class S>
 SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const kinematics::Tree<S>& tree,
-                                    const dynamics::FreeSprings& loose)
+                                    const FreeSprings& loose)
     : tree_(tree), mechanism_(mechanism), wrenches_(tree.nodes.size()) {
   constexpr Eigen::Index d = S::dimension;
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
@@ -404,8 +518,8 @@ template <class S>
 VectorX SpringRegressor<S>::value_of(const UnitSpring& spring, const kinematics::TreeState<S>& state,
                                      const WrenchFunction& function) {
   for (auto& wrench : wrenches_) wrench = {};
-  dynamics::Wrench<S> total, loads;
-  spring.subtract(state, 0, wrenches_, total, loads);
+  Wrench<S> total, loads;
+  spring.subtract(state, nullptr, 0, wrenches_, total, loads);
   return function(wrenches_);
 }
 
@@ -413,7 +527,7 @@ template <class S>
 void SpringRegressor<S>::evaluate(const kinematics::TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
   evaluate(
       state,
-      [&](std::vector<dynamics::Wrench<S>>& wrenches) {
+      [&](std::vector<Wrench<S>>& wrenches) {
         VectorX forces(tree_.columns);
         compute_wrench_forces(tree_, state, wrenches, forces.data());
         return forces;
@@ -477,4 +591,4 @@ void SpringRegressor<S>::loose_at(std::size_t first, const kinematics::TreeState
 template class SpringRegressor<kinematics::Planar>;
 template class SpringRegressor<kinematics::Spatial>;
 
-}  // namespace balance::design
+}  // namespace balance::dynamics
