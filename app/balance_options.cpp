@@ -47,7 +47,7 @@ std::string designed_spec_or_throw(const DesignSpace& space, const DesignReport&
 namespace {
 
 const std::vector<std::string> strategies = {"complete", "modular"};
-const std::vector<std::string> excludable_sections = {"friction", "loads",          "springs",
+const std::vector<std::string> excludable_sections = {"friction", "loads",          "springs", "dampers",
                                                       "payloads", "counterweights", "discs"};
 
 }  // namespace

@@ -42,6 +42,7 @@ set(balance_public_interface
     interface/comparison/requirement_verdict.hpp
     interface/import/import.hpp
     interface/import/mass_export.hpp
+    interface/import/robot_export.hpp
     interface/reports/html_report.hpp)
 
 set(balance_umbrella

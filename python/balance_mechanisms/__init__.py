@@ -16,6 +16,7 @@ from balance_mechanisms._errors import MechanismError, MotionError, SpecError
 from balance_mechanisms._files import Exported, batch, compare, export, import_, kinds, new, parts, read
 from balance_mechanisms._imported import Imported
 from balance_mechanisms._mechanism import InverseDynamics, Mechanism
+from balance_mechanisms._model_file import ModelFile
 from balance_mechanisms._run import AdaptationMove, Metric, PayloadChange, Quantity, Run
 from balance_mechanisms._spec import Spec, load
 
@@ -23,6 +24,6 @@ __version__: str = _native.version
 GOALS = tuple(_native.goal_names)
 
 __all__ = ["GOALS", "AdaptationMove", "Answer", "Batch", "Check", "Comparison", "Condition", "Conditions", "Design", "Equations", "Exported", "Formula",
-           "Front", "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "Modes", "MotionError",
+           "Front", "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "ModelFile", "Modes", "MotionError",
            "PayloadChange", "Quantity", "Run", "Spec", "SpecError", "Tolerance", "batch", "compare", "export",
            "import_", "kinds", "load", "new", "parts", "read"]

@@ -12,6 +12,7 @@ from balance_mechanisms._display import Shown, Table, pretty_unit
 from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Modes, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
+from balance_mechanisms._model_file import ModelFile, write_model
 from balance_mechanisms._run import Run
 
 Path = Union[str, "os.PathLike[str]"]
@@ -249,6 +250,18 @@ class Spec(Shown):
         if native.status != "done":
             raise MotionError(native.reason, native.status, native.end)
         return Tolerance(native)
+
+    def export(self, path: Path | None = None, *, format: str = "", trajectory: str = "") -> ModelFile:
+        """The mechanism as a file of simulators: MJCF (MuJoCo), SDF or URDF (docs/import.md).
+
+        :param path: file to write, replacing any; None: none
+        :param format: `mjcf`, `sdf` or `urdf`; "": as the path's extension says
+        :param trajectory: whose start is the start pose; "": the first one
+        :raises ValueError: if there is no such format or trajectory, or if the path is the spec's
+        :raises SpecError: if the loops cannot be closed
+        :raises OSError: if the file cannot be written
+        """
+        return write_model(self._native, self.file, path, format, trajectory)
 
     def simulate(self, trajectory: str = "", *, samples: int | None = None, duration: float | None = None,
                  about: Sequence[float] | None = None, formulation: str = "tree", poses: bool = False,

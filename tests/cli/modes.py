@@ -50,6 +50,21 @@ trajectories:
   spin: {{drive: joints, speed: {{R: {speed}}}, from: {{joints: {{R: 0}}}}, free: [U.1, U.2]}}
 """
 
+# An eccentric rotor in a frame that slides on a spring without damping: 10.4 kg at 1040 N/m, in resonance at 10 rad/s.
+SLIDER = """
+space: planar
+bodies:
+  f: {{mass: 10, com: [0, 0], inertia: 0.3, points: {{O: [0, 0]}}}}
+  w: {{mass: 0.4, com: [0.05, 0], inertia: 0.001, points: {{A: [0, 0]}}}}
+joints:
+  X: {{type: prismatic, connects: [ground.origin, f.O], axis: [1, 0]}}
+  A: {{type: revolute, connects: [f.O, w.A]}}
+springs: {{s: {{joint: X, stiffness: {stiffness}, rest: 0}}}}
+actuators: [A]
+trajectories:
+  run: {{drive: joints, speed: {{A: {speed}}}, from: {{joints: {{A: 0}}}}, free: [X], initial: steady}}
+"""
+
 
 def bicycle_eigenvalues(v):
     rates = np.zeros((4, 4))
@@ -254,6 +269,33 @@ trajectories:
             self.assertLess(np.nanmax(np.abs(exact / linear - 1)), 1e-8)
             self.near(sweep["value"][()], np.linspace(2, 70, 18), 1e-12)
             self.assertEqual(file["modes"].attrs["stability"], "stable")
+
+    def test_an_order_that_nothing_excites_has_no_resonance(self):
+        # order 2 of 5 rad/s meets 10 rad/s, but a rotor excites order 1 alone: X1 = m e w^2 / (k - m w^2)
+        spec = self.write("slider.yaml", SLIDER.format(stiffness=1040, speed=5))
+        rows = json.loads(run("modes", spec, "--json").stdout)["response"]["linear"]
+        peaks = {row["order"]: row["amplitude"] for row in rows if row["quantity"] == "joint_position[X]"}
+        self.assertAlmostEqual(peaks[1], 0.4 * 0.05 * 25 / (1040 - 10.4 * 25), delta=1e-12)
+        self.assertEqual([peaks[order] for order in (2, 3, 4)], [0, 0, 0])
+
+    def test_a_resonance_without_damping_has_no_steady_motion(self):
+        spec = self.write("slider.yaml", SLIDER.format(stiffness=1040, speed=10))
+        text = " ".join(run("modes", spec).stdout.split())
+        self.assertIn("an undamped vibration in resonance grows without bounds: order 1 of A excites it", text)
+        done = run("simulate", spec)
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("no periodic motion found", done.stderr)
+
+    def test_what_nothing_pulls_back_is_a_rigid_motion(self):
+        spec = self.write("slider.yaml", SLIDER.format(stiffness=0, speed=10))
+        told = json.loads(run("modes", spec, "--json").stdout)
+        self.assertEqual(told["stability"], "marginal")
+        self.assertEqual([mode["frequency"] for mode in told["modes"]], [0] * len(told["modes"]))
+
+    def test_round_off_is_no_response(self):
+        # the rotor of no eccentricity moves nothing, and nothing is compared
+        spec = self.write("slider.yaml", SLIDER.format(stiffness=1040, speed=7).replace("com: [0.05, 0]", "com: [0, 0]"))
+        self.assertIn("nothing moves beyond round-off", run("modes", spec).stdout)
 
     def test_what_has_no_modes(self):
         cases = [(("--sweep", "A"), 2, "NAME=FROM:TO"), (("--sweep", "A=5:1"), 2, "FROM less than TO"),

@@ -72,6 +72,16 @@ std::vector<MechanismVariable> some_numbers(const Mechanism& m) {
     const int in_joint = static_cast<int>(m.springs.size()) - 1;
     for (const Kind kind : {Kind::spring_stiffness, Kind::spring_preload}) all.push_back({kind, in_joint});
   }
+  for (int e = 0; e < static_cast<int>(m.force_elements.size()); ++e) {
+    const auto& element = m.force_elements[static_cast<std::size_t>(e)];
+    if (element.is_damper())
+      all.push_back({.kind = Kind::damper_damping, .index = e});
+    else
+      all.push_back({.kind = Kind::table_force, .index = e, .column = 1});
+    if (element.is_in_joint()) continue;
+    all.push_back({.kind = Kind::element_point_first, .index = e, .row = 1});
+    all.push_back({.kind = Kind::element_point_second, .index = e});
+  }
   if (!m.friction.empty()) all.push_back({.kind = Kind::friction_viscous});
   if (!m.loads.empty()) all.push_back({.kind = Kind::load_force});
   return all;

@@ -198,6 +198,33 @@ const std::vector<Spoiling>& mistakes() {
       {"force across", [](Mechanism& m) { m.loads[0].force[0].z() = 1; }, K::out_of_plane, E::load, 0},
       {"moment across", [](Mechanism& m) { m.loads[0].moment[0].x() = 1; }, K::out_of_plane, E::load, 0},
       {"no frame", [](Mechanism& m) { m.loads[0].frame = static_cast<Frame>(9); }, K::unknown_value, E::load, 0},
+      {"damper within", [](Mechanism& m) { m.force_elements = {{.name = "d", .first = 1, .second = 1, .damping = 1}}; },
+       K::same_body, E::force_element, 0},
+      {"damper that drives",
+       [](Mechanism& m) { m.force_elements = {{.name = "d", .first = 0, .second = 1, .damping = -1}}; },
+       K::negative_number, E::force_element, 0},
+      {"table with one row",
+       [](Mechanism& m) {
+         m.force_elements = {{.name = "t", .first = 0, .second = 1, .table = {{1}, {2}}}};
+       },
+       K::force_table, E::force_element, 0},
+      {"table that goes back",
+       [](Mechanism& m) {
+         m.force_elements = {{.name = "t", .coordinate = 0, .table = {{1, 1}, {2, 3}}}};
+       },
+       K::force_table, E::force_element, 0},
+      {"spline with three rows",
+       [](Mechanism& m) {
+         m.force_elements = {{.name = "t",
+                              .coordinate = 0,
+                              .table = {{1, 2, 3}, {2, 3, 4}, balance::model::TableInterpolation::spline}}};
+       },
+       K::force_table, E::force_element, 0},
+      {"table in no joint",
+       [](Mechanism& m) {
+         m.force_elements = {{.name = "t", .coordinate = 99, .table = {{1, 2}, {2, 3}}}};
+       },
+       K::index_out_of_range, E::force_element, 0},
       {"soft spring", [](Mechanism& m) { m.springs[0].stiffness = -1; }, K::negative_number, E::spring, 0},
       {"short spring", [](Mechanism& m) { m.springs[0].free_length = -1; }, K::negative_number, E::spring, 0},
       {"spring within", [](Mechanism& m) { m.springs[0].first = 2; }, K::same_body, E::spring, 0},

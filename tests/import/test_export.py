@@ -107,8 +107,8 @@ class Export(ImportCase):
         self.assert_failure(done, 3, "panda_link1", "has no link for it")
         done = run("export", self.path("imported.yaml"), "--urdf", self.write("no.sdf", "<sdf/>"), "-o", self.path("no.urdf"))
         self.assert_failure(done, 3, "only a URDF or an MJCF")
-        done = run("export", self.path("imported.yaml"), "-o", self.path("no.urdf"))
-        self.assert_failure(done, 2, "--urdf FILE or --mjcf FILE")
+        done = run("export", self.path("imported.yaml"), "-o", self.path("no.robot"))
+        self.assert_failure(done, 2, "no.robot", "--format")
 
     def test_an_mjcf_takes_masses_too(self):
         """A diagonal inertia in turned axes, one that stays diagonal, a full one, one from shapes; a weld takes no part."""

@@ -144,6 +144,8 @@ TEST_CASE(
           if (m.actuators[a] == c) passed -= run.result.torque(k, static_cast<long>(a));
         for (const balance::Spring& spring : m.springs)
           if (spring.coordinate == c) passed += spring.stiffness * q[c] - spring.preload;
+        for (const balance::ForceElement& element : m.force_elements)
+          if (element.coordinate == c) passed -= balance::model::ForceLawOf<double>(element.table).force(q[c]);
         for (const balance::Friction& friction : m.friction) {
           const double rate = run.result.joint_velocity(k, friction.coordinate);
           if (friction.coordinate != c) continue;

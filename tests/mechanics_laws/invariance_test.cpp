@@ -173,6 +173,15 @@ Experiment mirrored(Experiment e) {
     flip(spring.point_first), flip(spring.point_second);
     if (spring.is_joint_spring() && changes_sign(spring.coordinate)) spring.preload = -spring.preload;
   }
+  for (auto& element : m.force_elements) {
+    flip(element.point_first), flip(element.point_second);
+    if (!element.is_in_joint() || !changes_sign(element.coordinate)) continue;
+    auto& table = element.table;
+    std::reverse(table.displacement.begin(), table.displacement.end());
+    std::reverse(table.force.begin(), table.force.end());
+    for (auto* numbers : {&table.displacement, &table.force})
+      for (double& number : *numbers) number = -number;
+  }
   for (auto& coupling : m.couplings) {
     coupling.ratio *= mirror_sign(m, coupling.follower);
     for (auto& term : coupling.leader.terms) term.ratio *= mirror_sign(m, term.coordinate);

@@ -83,7 +83,9 @@ void multiply(Mechanism& m, const std::vector<double>& by) {
 
 std::size_t parts(const Mechanism& m) { return m.bodies.size() - 1 + m.attachments.size() + m.discs.size(); }
 
-void without_other_forces(Mechanism& m) { m.loads.clear(), m.springs.clear(), m.friction.clear(); }
+void without_other_forces(Mechanism& m) {
+  m.loads.clear(), m.springs.clear(), m.force_elements.clear(), m.friction.clear();
+}
 
 }  // namespace
 

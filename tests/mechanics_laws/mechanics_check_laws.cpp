@@ -95,6 +95,18 @@ class Books {
       stored += 0.5 * spring.stiffness * std::pow(length - spring.free_length, 2);
       size += 0.5 * spring.stiffness * (length * length + spring.free_length * spring.free_length);
     }
+    for (const ForceElement& element : m.force_elements) {
+      if (element.is_damper()) continue;
+      const model::ForceLawOf<double> law(element.table);
+      double energy = 0;
+      if (element.is_in_joint()) {
+        energy = -law.energy(r.joint_position(k_, element.coordinate));
+      } else {
+        const Moving &a = now_.bodies[element.first], &b = now_.bodies[element.second];
+        energy = law.energy((b.p + b.R * element.point_second - a.p - a.R * element.point_first).norm());
+      }
+      stored += energy, size += std::abs(energy);
+    }
     see("potential energy", std::abs(stored - r.potential_energy(k_, 0)) / (size + 1e-300));
     double power = 0, most = std::abs(energy_rate_);
     const auto supply = [&](double p) { power += p, most += std::abs(p); };
@@ -109,6 +121,10 @@ class Books {
       if (spring.is_joint_spring())
         supply((spring.preload - spring.stiffness * r.joint_position(k_, spring.coordinate)) *
                r.joint_velocity(k_, spring.coordinate));
+    for (const ForceElement& element : m.force_elements)
+      if (element.is_in_joint())
+        supply(model::ForceLawOf<double>(element.table).force(r.joint_position(k_, element.coordinate)) *
+               r.joint_velocity(k_, element.coordinate));
     for (const Friction& friction : m.friction) {
       const double rate = r.joint_velocity(k_, friction.coordinate);
       supply(-friction.viscous * rate * rate - friction.dry_friction(rate < 0 ? -1 : 1) * std::abs(rate));
@@ -138,6 +154,8 @@ class Books {
         if (m.actuators[a] == c) passed -= run_.result.torque(k_, static_cast<long>(a));
       for (const Spring& spring : m.springs)
         if (spring.coordinate == c) passed += spring.stiffness * q[c] - spring.preload;
+      for (const ForceElement& element : m.force_elements)
+        if (element.coordinate == c) passed -= model::ForceLawOf<double>(element.table).force(q[c]);
       for (const Friction& friction : m.friction) {
         if (friction.coordinate != c) continue;
         const double rate = run_.result.joint_velocity(k_, c);

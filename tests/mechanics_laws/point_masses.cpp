@@ -3,6 +3,7 @@
 #include "balance/foundation/base/rotation.hpp"
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/results/body_poses.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +143,31 @@ std::vector<Total> loads(const Run& run, long k) {
   return out;
 }
 
+namespace {
+
+/// Dampers and springs with a table between points. Velocities are those of the kinematics alone.
+void add_force_elements(const Run& run, long k, std::vector<Total>& out) {
+  if (run.mechanism.force_elements.empty()) return;
+  const std::vector<balance::results::BodyMotion> bodies = balance::results::body_motions_at(
+      run.mechanism, run.result.joint_position.row(k).transpose(), run.result.joint_velocity.row(k).transpose(),
+      run.result.joint_acceleration.row(k).transpose());
+  for (const balance::ForceElement& element : run.mechanism.force_elements) {
+    if (element.is_in_joint()) continue;  // part of what the joint transmits
+    const auto &a = bodies[element.first], &b = bodies[element.second];
+    const Vector3 P = a.point_position(element.point_first), Q = b.point_position(element.point_second);
+    const double length = (Q - P).norm();
+    if (!(length > 0)) continue;
+    const Vector3 u = (Q - P) / length;
+    const double rate = u.dot(b.point_velocity(element.point_second) - a.point_velocity(element.point_first));
+    const double tension =
+        element.is_damper() ? element.damping * rate : balance::model::ForceLawOf<double>(element.table).force(length);
+    out[element.first].add(tension * u, P);
+    out[element.second].add(-tension * u, Q);
+  }
+}
+
+}  // namespace
+
 std::vector<Total> springs(const Run& run, long k) {
   std::vector<Total> out(run.mechanism.bodies.size());
   for (const balance::Spring& spring : run.mechanism.springs) {
@@ -154,6 +180,7 @@ std::vector<Total> springs(const Run& run, long k) {
     out[spring.first].add(pull, P);
     out[spring.second].add(-pull, Q);
   }
+  add_force_elements(run, k, out);
   return out;
 }
 

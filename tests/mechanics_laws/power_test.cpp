@@ -2,6 +2,8 @@
 
 #include "runs.hpp"
 
+#include "balance/mechanics/results/body_poses.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -42,6 +44,28 @@ Samples pose_columns(const Run& run) {
 
 }  // namespace
 
+namespace {
+
+/// Damping times the square of the rate of the length.
+double damper_losses(const Run& run, long k) {
+  double sum = 0;
+  if (run.mechanism.force_elements.empty()) return sum;
+  const auto bodies = balance::results::body_motions_at(run.mechanism, run.result.joint_position.row(k).transpose(),
+                                                        run.result.joint_velocity.row(k).transpose(),
+                                                        run.result.joint_acceleration.row(k).transpose());
+  for (const balance::ForceElement& element : run.mechanism.force_elements) {
+    if (!element.is_damper()) continue;
+    const auto &a = bodies[element.first], &b = bodies[element.second];
+    const Vector3 d = b.point_position(element.point_second) - a.point_position(element.point_first);
+    const double rate =
+        d.normalized().dot(b.point_velocity(element.point_second) - a.point_velocity(element.point_first));
+    sum += element.damping * rate * rate;
+  }
+  return sum;
+}
+
+}  // namespace
+
 TEST_CASE("motors and loads supply what friction takes and the change of kinetic and potential energy") {
   for_each_run(401, [](const Run& run) {
     const Samples columns = pose_columns(run);
@@ -63,6 +87,7 @@ TEST_CASE("motors and loads supply what friction takes and the change of kinetic
         const double v = run.result.joint_velocity(k, friction.coordinate);
         power -= friction.viscous * v * v + friction.dry_friction(v < 0 ? -1 : 1) * std::abs(v);
       }
+      power -= damper_losses(run, k);
       worst.see(std::abs(power - rate(energy, k, 0, h)) / scale, k);
     }
     // energies are differentiated by differences of order six on 401 samples
@@ -94,6 +119,18 @@ TEST_CASE("kinetic energy is that of moving points, potential energy that of wei
         const double stretch =
             (b.p + b.R * spring.point_second - a.p - a.R * spring.point_first).norm() - spring.free_length;
         height += 0.5 * spring.stiffness * stretch * stretch, size += 0.5 * spring.stiffness * stretch * stretch;
+      }
+      for (const balance::ForceElement& element : run.mechanism.force_elements) {
+        if (element.is_damper()) continue;
+        const balance::model::ForceLawOf<double> law(element.table);
+        double stored = 0;
+        if (element.is_in_joint()) {
+          stored = -law.energy(run.result.joint_position(k, element.coordinate));
+        } else {
+          const Pose &a = run.poses[k][element.first], &b = run.poses[k][element.second];
+          stored = law.energy((b.p + b.R * element.point_second - a.p - a.R * element.point_first).norm());
+        }
+        height += stored, size += std::abs(stored);
       }
       if (size > 0) potential.see(std::abs(height - run.result.potential_energy(k, 0)) / size, k);
       if (run.smooth[k]) kinetic.see(std::abs(motion - run.result.kinetic_energy(k, 0)) / most, k);

@@ -242,11 +242,26 @@ class ClassMaker {
                           (one + other) % coordinates(),
                           false,
                           true});
+    add_force_elements(one, other, end, far);
     if (chance(0.7)) {
       const int coordinate = pick(coordinates());
       const double dry = chance(0.5) ? 0.5 : 0;
       m_.friction.push_back({.coordinate = coordinate, .viscous = 0.3, .coulomb = dry, .coulomb_backward = dry / 2});
     }
+  }
+
+  /// Where there is a spring there are dampers and springs with tables, too; without a die, as above. The tables reach
+  /// beyond all motions.
+  void add_force_elements(int one, int other, const Vector3& end, const Vector3& far) {
+    if (m_.springs.empty()) return;
+    m_.force_elements.push_back({"d1", one, other, end, far, -1, {}, 1.5});
+    m_.force_elements.push_back({"d2", other, one, end, far, -1, {}, 0.4});
+    const model::ForceTableOf<double> over_length{
+        {0, 1, 2.5, 4, 40}, {-3, 0, 5, 4, 60}, model::TableInterpolation::spline};
+    const model::ForceTableOf<double> over_coordinate{
+        {-90, -4, -1, 1, 5, 90}, {7, 3, 0.5, -0.5, -2, -9}, model::TableInterpolation::spline};
+    m_.force_elements.push_back({"t1", one, other, far, end, -1, over_length, 0});
+    m_.force_elements.push_back({"t2", 0, 0, {}, {}, one % coordinates(), over_coordinate, 0});
   }
 
   /// Coordinates that move as freely of each other as any.

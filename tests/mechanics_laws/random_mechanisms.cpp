@@ -179,6 +179,16 @@ class Maker {
                         false,
                         true});
     m_.friction.push_back({.coordinate = pick(coordinates), .viscous = 0.3, .coulomb = 0.5, .coulomb_backward = 0.8});
+    const Vector3 near(0.1, -0.2, 0), far(1.5, 0.3, planar_ ? 0 : 0.4);
+    m_.force_elements.push_back({"d1", one, other, near, far, -1, {}, 1.5});
+    m_.force_elements.push_back({"t1",
+                                 other,
+                                 one,
+                                 far,
+                                 near,
+                                 -1,
+                                 {{0, 1, 2.5, 4, 40}, {-3, 0, 5, 4, 60}, balance::model::TableInterpolation::spline},
+                                 0});
   }
 
   std::optional<Experiment> drive() {

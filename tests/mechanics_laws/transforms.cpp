@@ -88,6 +88,14 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
     spring.stiffness *= turns ? by.moment() : by.force() / L;
     spring.preload *= turns ? by.moment() : by.force();
   }
+  for (auto& element : m.force_elements) {
+    element.point_first *= L, element.point_second *= L;
+    element.damping *= by.force() / L * by.time;
+    const bool turns = element.is_in_joint() && m.coordinates[element.coordinate].kind == CoordinateKind::angle;
+    for (T& displacement : element.table.displacement)
+      if (!turns) displacement *= L;
+    for (T& force : element.table.force) force *= turns ? by.moment() : by.force();
+  }
   for (auto& friction : m.friction) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
     const double effort = length ? by.force() : by.moment();
@@ -161,6 +169,10 @@ Experiment displaced(const Experiment& from, const Matrix3& R, const Vector3& d)
   for (Spring& spring : m.springs) {
     if (spring.first == ground) spring.point_first = R * spring.point_first + d;
     if (spring.second == ground) spring.point_second = R * spring.point_second + d;
+  }
+  for (ForceElement& element : m.force_elements) {
+    if (element.first == ground) element.point_first = R * element.point_first + d;
+    if (element.second == ground) element.point_second = R * element.point_second + d;
   }
   displace(out.trajectory.from, R, d);
   displace(out.trajectory.to, R, d);

@@ -53,6 +53,9 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& l : m.loads) n << l.body << l.point << l.arguments << l.force << l.moment;
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;
+  for (const auto& e : m.force_elements)
+    n << e.first << e.second << e.point_first << e.point_second << e.coordinate << e.damping << e.table.displacement
+      << e.table.force;
   for (const auto& f : m.friction)
     n << f.coordinate << f.viscous << f.dry_friction(1) << f.dry_friction(-1) << f.static_limit(1)
       << f.static_limit(-1);

@@ -73,27 +73,46 @@ export function drawDiscs(stage) {
   }
 }
 
-/** A zigzag between its two ends. */
+/** A zigzag along a line of this length. @returns places: along it and beside it */
+function zigzag(length, width) {
+  const turns = 9;
+  return Array.from({length: 2 * turns + 1}, (_, i) => {
+    const side = i === 0 || i === 2 * turns ? 0 : i % 2 === 0 ? width : -width;
+    return [length * (0.12 + (0.76 * i) / (2 * turns)), side];
+  });
+}
+
+/** The parts of a dashpot: the rod with its piston, and the pot. */
+function dashpot(length, width) {
+  const [piston, bottom, rim] = [0.5 * length, 0.62 * length, 0.38 * length];
+  return [
+    [[0, 0], [piston, 0], [piston, 0.8 * width], [piston, -0.8 * width]],
+    [[rim, width], [bottom, width], [bottom, -width], [rim, -width]],
+    [[bottom, 0], [length, 0]],
+  ];
+}
+
+/** Springs as a zigzag and dampers as a dashpot between their two ends; a spring's damper lies beside it. */
 export function drawSprings(stage) {
   const {view, pen, palette} = stage;
-  for (const spring of view.geometry.springs) {
+  const {springs, force_elements: elements} = view.geometry;
+  const isBeside = (damper) => [...springs, ...elements].some((s) => s !== damper && s.name === damper.name);
+  for (const spring of [...springs, ...elements]) {
     if (spring.coordinate >= 0) continue; // in a joint
     const a = stage.at(spring.first, spring.point_first);
     const b = stage.at(spring.second, spring.point_second);
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
     if (length < 1) continue;
     const u = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-    const turns = 9;
     const width = 0.45 * stage.width;
-    const points = [a];
-    for (let i = 0; i <= 2 * turns; ++i) {
-      const t = length * (0.12 + (0.76 * i) / (2 * turns));
-      const side = i === 0 || i === 2 * turns ? 0 : i % 2 === 0 ? width : -width;
-      points.push([a[0] + t * u[0] - side * u[1], a[1] + t * u[1] + side * u[0]]);
+    const shift = spring.is_damper && isBeside(spring) ? 2.2 * width : 0;
+    const place = ([t, side]) => [a[0] + t * u[0] - (side + shift) * u[1], a[1] + t * u[1] + (side + shift) * u[0]];
+    const lines = spring.is_damper ? dashpot(length, width) : [[[0, 0], ...zigzag(length, width), [length, 0]]];
+    for (const line of lines) {
+      stage.path(line.map(place));
+      stage.ink(palette.faint, 1.4);
+      pen.stroke();
     }
-    stage.path([...points, b]);
-    stage.ink(palette.faint, 1.4);
-    pen.stroke();
     for (const end of [a, b]) {
       stage.circle(end, 3);
       pen.fillStyle = palette.faint;

@@ -126,9 +126,9 @@ function base(view, width, palette) {
   return places.filter((p) => p[2] - floor > width).map((p) => rod(p, [p[0], p[1], floor], 0.9 * width, paint));
 }
 
-/** Between the two parts of a sliding joint, and along springs: a thin rod that grows and shrinks. */
+/** Between the two parts of a sliding joint, and along springs and dampers: a thin rod that grows and shrinks. */
 function telescopes(view, width, palette) {
-  const {joints, springs} = view.geometry;
+  const {joints, springs, force_elements: elements} = view.geometry;
   const sliding = joints.filter((j) => j.type === "prismatic" || j.type === "cylindrical");
   const make = (part, radius, paint) => {
     const mesh = new Mesh(new CylinderGeometry(radius, radius, 1, 16), paint);
@@ -144,7 +144,7 @@ function telescopes(view, width, palette) {
   };
   return [
     ...sliding.map((j) => make(j, 0.5 * width, material(palette["link-edge"]))),
-    ...springs.filter((s) => s.coordinate < 0).map((s) => make(s, 0.3 * width, material(palette.faint))),
+    ...[...springs, ...elements].filter((s) => s.coordinate < 0).map((s) => make(s, 0.3 * width, material(palette.faint))),
   ];
 }
 

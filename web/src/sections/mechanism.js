@@ -67,7 +67,7 @@ export function mechanismSection(data) {
       others(geometry, before, changed, vector, on)));
 }
 
-/** Springs between points and in joints, couplings, loads and friction; tables without lines are left out. */
+/** Springs, dampers, couplings, loads and friction; tables without lines are left out. */
 function others(geometry, before, changed, vector, on) {
   const name = (coordinate) => geometry.coordinates[coordinate].name;
   const turns = (coordinate) => geometry.coordinates[coordinate].unit === "rad";
@@ -77,6 +77,12 @@ function others(geometry, before, changed, vector, on) {
   const inJoints = geometry.springs.flatMap((s, i) => (s.coordinate < 0 ? [] : [row(s.name, name(s.coordinate),
     changed(before.springs[i], s, (x) => withUnit(x.stiffness, turns(s.coordinate) ? "N m/rad" : "N/m")),
     changed(before.springs[i], s, (x) => withUnit(x.preload, turns(s.coordinate) ? "N m" : "N")))]));
+  const tables = geometry.force_elements.flatMap((s, i) => (s.is_damper ? [] : [row(s.name,
+    s.coordinate < 0 ? `${on(s.first)} – ${on(s.second)}` : name(s.coordinate), s.rows,
+    changed(before.force_elements[i], s, (x) => withUnit(x.largest, s.coordinate >= 0 && turns(s.coordinate) ? "N m" : "N")))]));
+  const dampers = geometry.force_elements.flatMap((s, i) => (s.is_damper ? [row(s.name, `${on(s.first)} – ${on(s.second)}`,
+    changed(before.force_elements[i], s, (x) => withUnit(x.damping, "N s/m")),
+    changed(before.force_elements[i], s, (x) => vector(x.point_first)), changed(before.force_elements[i], s, (x) => vector(x.point_second)))] : []));
   const couplings = geometry.couplings.flatMap((c) => c.leaders.map((led) => row(name(c.follower), name(led.coordinate),
     format(c.ratio * led.ratio, 6), withUnit(c.offset, geometry.coordinates[c.follower].unit))));
   const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
@@ -87,6 +93,8 @@ function others(geometry, before, changed, vector, on) {
   return [
     springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", `From${inBrackets("m")}`, `To${inBrackets("m")}`], springs) : null,
     inJoints.length ? table("Springs in joints", ["Spring", "In", "Stiffness", "At zero"], inJoints) : null,
+    tables.length ? table("Springs with a table", ["Spring", "Between or in", "Rows", "Largest force"], tables) : null,
+    dampers.length ? table("Dampers", ["Damper", "Between", "Damping", `From${inBrackets("m")}`, `To${inBrackets("m")}`], dampers) : null,
     couplings.length ? table("Gears and belts", ["Follower", "Leader", "Ratio", "Offset"], couplings) : null,
     loads.length ? table("Loads", ["Load", "On", `At${inBrackets("m")}`, "Force", "Moment", "In the axes of", "When"], loads) : null,
     friction.length ? table("Friction", ["In", "Viscous", "Dry"], friction) : null,

@@ -278,7 +278,7 @@ class ChronoReader {
 
   void read_spring(const SpecCursor& at) {
     const Entries map = read_mapping(at, "a spring");
-    Spring spring;
+    ForeignSpring spring;
     spring.name = require_value(map, at, "name").read_word("a name");
     const std::string subject = fmt::format("spring {}", quote_for_message(spring.name));
     for (const char* key : {"spring_curve_data", "damping_curve_data", "map_data"})
@@ -298,10 +298,11 @@ class ChronoReader {
     spring.free_length = number("free_length");
     if (spring.stiffness < 0 || spring.free_length < 0)
       at.fail_expected("a spring with spring_coefficient and free_length ≥ 0");
-    if (number("damping_coefficient") != 0)
-      add_finding(Severity::warning, at, "damper", subject, "its damping is left out");
+    spring.damping = number("damping_coefficient");
+    if (spring.damping < 0) at.fail_expected("a damping_coefficient ≥ 0");
     if (number("preload") != 0) add_finding(Severity::warning, at, "preload", subject, "its preload is left out");
-    if (spring.first != spring.second && spring.stiffness > 0) robot_.springs.push_back(std::move(spring));
+    if (spring.first != spring.second && (spring.stiffness > 0 || spring.damping > 0))
+      robot_.springs.push_back(std::move(spring));
   }
 
   std::string file_;

@@ -69,6 +69,11 @@ struct ForeignCoupling {
   SourceLocation place;
 };
 
+/// A spring between points, with a damper beside it.
+struct ForeignSpring : Spring {
+  double damping = 0;  ///< [N s/m]
+};
+
 /// Number of elements left out, by kind: "visual", "collision".
 using IgnoredCounts = std::map<std::string, int>;
 
@@ -79,8 +84,8 @@ struct ForeignModel {
   std::vector<ForeignBody> bodies;
   std::vector<ForeignJoint> joints;
   std::vector<ForeignCoupling> couplings;
-  std::vector<Spring> springs;      ///< their bodies are indices into `bodies`
-  bool declares_actuators = false;  ///< the file names the driven joints
+  std::vector<ForeignSpring> springs;  ///< their bodies are indices into `bodies`
+  bool declares_actuators = false;     ///< the file names the driven joints
   IgnoredCounts ignored;
   std::vector<Finding> findings;
 

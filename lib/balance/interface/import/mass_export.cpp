@@ -119,7 +119,8 @@ class MassExporter {
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) write(static_cast<int>(b));
     const std::string reason = fmt::format("cannot be expressed in this {}: they are left out", writer_->name());
     if (!mechanism_.discs.empty()) export_.notes.push_back("discs " + reason);
-    if (!mechanism_.springs.empty()) export_.notes.push_back("springs " + reason);
+    if (!mechanism_.springs.empty() || !mechanism_.force_elements.empty())
+      export_.notes.push_back("springs and dampers " + reason);
     export_.text = edits_.apply(document_->text);
     return std::move(export_);
   }

@@ -13,7 +13,7 @@ namespace balance::foreign {
 
 // Relations between existing bodies and joints in an MJCF: closures, couplings, motors.
 
-/// Reads `<equality>` (connect, weld, joint) and `<actuator>`.
+/// Reads `<equality>` (connect, weld, joint), `<tendon>` (springs and dampers between two sites) and `<actuator>`.
 void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& diagnostics,
                          ForeignModel& robot);
 
@@ -62,7 +62,7 @@ class MjcfReader {
     if (section.name == "worldbody") return read_children(section, {});
     if (section.name == "option") robot_.gravity = reader_.vector(section, "gravity", robot_.gravity);
     if (section.name == "compiler") read_compiler(section);
-    if (is_one_of(section.name, {"option", "compiler", "default", "equality", "actuator"})) return;
+    if (is_one_of(section.name, {"option", "compiler", "default", "equality", "actuator", "tendon"})) return;
     robot_.ignored[section.name] += std::max<int>(1, static_cast<int>(section.children.size()));
   }
 
@@ -298,6 +298,8 @@ class MjcfRelationReader {
     for (const XmlElement& section : root_.children) {
       if (section.name == "equality")
         for (const XmlElement& one : section.children) read_equality(defaults_.apply(one, ""));
+      if (section.name == "tendon")
+        for (const XmlElement& one : section.children) read_tendon(defaults_.apply(one, ""));
       if (section.name == "actuator")
         for (const XmlElement& one : section.children) read_actuator(one);
     }
@@ -367,18 +369,49 @@ class MjcfRelationReader {
                    place_of(at));
   }
 
-  void read_site_connect(const XmlElement& at) {
-    const auto find_site_frame = [&](const char* attribute) -> std::optional<BodyFrame> {
-      const std::string* name = at.attribute(attribute);
-      const auto site = name == nullptr ? sites_.end() : sites_.find(*name);
-      const int body = site == sites_.end() ? -1 : robot_.find_body(site->second.body);
-      if (body < 0) {
-        reader_.report(at, attribute, "expected the name of a site of a body that has a name");
-        return {};
-      }
-      return BodyFrame{body, {Matrix3::Identity(), site->second.position}};
+  std::optional<BodyFrame> find_site_frame(const XmlElement& at, const char* attribute) {
+    const std::string* name = at.attribute(attribute);
+    const auto site = name == nullptr ? sites_.end() : sites_.find(*name);
+    const int body = site == sites_.end() ? -1 : robot_.find_body(site->second.body);
+    if (body < 0) {
+      reader_.report(at, attribute, "expected the name of a site of a body that has a name");
+      return {};
+    }
+    return BodyFrame{body, {Matrix3::Identity(), site->second.position}};
+  }
+
+  void leave_tendon_out(const XmlElement& at, const char* reason) {
+    ++robot_.ignored["tendon"];
+    robot_.findings.push_back({Severity::warning, place_of(at), "left-out", "tendon " + name_of(at, "tendon"), reason});
+  }
+
+  /// A straight tendon is a spring and a damper; without a `springlength` it is relaxed in the model's zero pose.
+  void read_tendon(const XmlElement& at) {
+    const double stiffness = reader_.number(at, "stiffness", 0), damping = reader_.number(at, "damping", 0);
+    if (at.name != "spatial" || at.children.size() != 2 || at.children[0].name != "site" ||
+        at.children[1].name != "site")
+      return leave_tendon_out(at, "is left out: only straight ones between two sites are springs");
+    if (stiffness < 0 || damping < 0) return reader_.report(at, "stiffness", "expected stiffness and damping ≥ 0");
+    if (stiffness == 0 && damping == 0) return leave_tendon_out(at, "is left out: it has no stiffness and no damping");
+    const auto first = find_site_frame(at.children[0], "site"), second = find_site_frame(at.children[1], "site");
+    if (!first || !second || first->body == second->body) return;
+    const auto world = [&](const BodyFrame& frame) {
+      return Vector3((poses_[static_cast<std::size_t>(frame.body)] * frame.pose).p);
     };
-    const auto first = find_site_frame("site1"), second = find_site_frame("site2");
+    ForeignSpring spring;
+    spring.name = name_of(at, "tendon");
+    spring.first = first->body, spring.second = second->body;
+    spring.point_first = first->pose.p, spring.point_second = second->pose.p;
+    spring.stiffness = stiffness, spring.damping = damping;
+    const std::vector<double> lengths = reader_.numbers(at, "springlength", {1, 2});
+    if (lengths.size() == 2 && lengths[0] != lengths[1])
+      return leave_tendon_out(at, "is left out: its spring has a dead band");
+    spring.free_length = lengths.empty() || lengths[0] < 0 ? (world(*second) - world(*first)).norm() : lengths[0];
+    robot_.springs.push_back(std::move(spring));
+  }
+
+  void read_site_connect(const XmlElement& at) {
+    const auto first = find_site_frame(at, "site1"), second = find_site_frame(at, "site2");
     if (!first || !second) return;
     if (first->body == second->body) return reader_.report(at, "", "expected two bodies, found one");
     BodyFrame second_frame = *second;

@@ -492,7 +492,7 @@ void remove_internal_joints(ForeignModel& robot) {
     const auto is_removed = [&](int j) { return !robot.joints[static_cast<std::size_t>(j)].is_active; };
     return is_removed(one.follower) || is_removed(one.leader);
   });
-  std::erase_if(robot.springs, [](const Spring& one) { return one.first == one.second; });
+  std::erase_if(robot.springs, [](const ForeignSpring& one) { return one.first == one.second; });
 }
 
 /// Makes each joint follow at most one other, and none itself. Reverses a coupling whose

@@ -212,11 +212,13 @@ class OptionalSectionWriter {
     page_.line(0, "springs:");
     NameAllocator allocator({});
     for (std::size_t s = 0; s < page_.robot.springs.size(); ++s) {
-      const Spring& spring = page_.robot.springs[s];
+      const ForeignSpring& spring = page_.robot.springs[s];
+      const std::string damping =
+          spring.damping == 0 ? "" : fmt::format(", damping: {}", format_yaml_number(spring.damping));
       page_.line(
-          2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", allocator.allocate(spring.name),
+          2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}{}}}", allocator.allocate(spring.name),
                          page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
-                         format_yaml_number(spring.stiffness), format_yaml_number(spring.free_length)));
+                         format_yaml_number(spring.stiffness), format_yaml_number(spring.free_length), damping));
     }
     for (std::size_t j = 0; j < joints.size(); ++j)
       if (has_spring(joints[j]))

@@ -91,8 +91,9 @@ Json remainder_effort_json(const design::RemainderEffort& effort) {
 Json remainder_json(const design::UnbalancedRemainder& remainder, const std::vector<dynamics::Parameter>& parameters) {
   const dynamics::ParameterOwner owner = remainder.element.bearer;
   return {{"kind", owner == dynamics::ParameterOwner::friction ? "friction"
-                   : owner == dynamics::ParameterOwner::spring ? "spring"
-                                                               : "load"},
+                   : owner == dynamics::ParameterOwner::load   ? "load"
+                   : is_damper(remainder.element, parameters)  ? "damper"
+                                                               : "spring"},
           {"name", remainder.element.name},
           {"text", remainder.text},
           {"terms", files::list_json(remainder.element.terms,

@@ -142,6 +142,21 @@ Json spring_json(const Spring& spring) {
           {"coordinate", spring.coordinate}};
 }
 
+/// A damper, or a spring with a table.
+Json force_element_json(const ForceElement& element) {
+  const auto largest = element.is_damper() ? 0 : model::ForceLawOf<double>(element.table).max_force();
+  return {{"name", element.name},
+          {"is_damper", element.is_damper()},
+          {"first", element.first},
+          {"second", element.second},
+          {"point_first", position_json(element.point_first)},
+          {"point_second", position_json(element.point_second)},
+          {"damping", element.damping},
+          {"rows", element.table.force.size()},
+          {"largest", largest},
+          {"coordinate", element.coordinate}};
+}
+
 Json coordinate_json(const Coordinate& coordinate) {
   return {{"name", coordinate.name},
           {"joint", coordinate.joint},
@@ -207,6 +222,7 @@ Json mechanism_json(const Mechanism& mechanism) {
                {"attachments", files::list_json(mechanism.attachments, attachment_json)},
                {"discs", files::list_json(mechanism.discs, disc_json)},
                {"springs", files::list_json(mechanism.springs, spring_json)},
+               {"force_elements", files::list_json(mechanism.force_elements, force_element_json)},
                {"coordinates", files::list_json(mechanism.coordinates, coordinate_json)},
                {"couplings", files::list_json(mechanism.couplings, coupling_json)},
                {"loads", files::list_json(mechanism.loads, load_json)},

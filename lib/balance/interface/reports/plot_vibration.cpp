@@ -40,6 +40,7 @@ class SweepPlot {
     for (std::size_t q = 0; q < response_->linear.size(); ++q)
       if (response_->linear[q].quantity.starts_with("joint_position")) add_amplitudes(q);
     add_transmissibility();
+    std::erase_if(plot_.panels, [](const PlotPanel& panel) { return panel.lines.empty(); });
     return std::move(plot_);
   }
 

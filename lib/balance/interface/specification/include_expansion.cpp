@@ -27,7 +27,7 @@ constexpr std::size_t max_include_depth = 8;
 /// Sections that are imported from a part.
 constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
                                           "constraints", "actuators", "assembly", "counterweights", "payloads",
-                                          "discs",       "loads",     "springs",  "friction"};
+                                          "discs",       "loads",     "springs",  "dampers",        "friction"};
 /// Sections of a part that are ignored, so that it can be run by itself.
 constexpr const char* ignored_sections[]{
     "name",        "space",  "gravity", "units",   "tool",      "trajectories",       "speeds",

@@ -263,7 +263,7 @@ ValueKind value_kind(const std::string& key) {
   if (key == "connects" || key == "between") return ValueKind::reference;
   if (key == "body" || key == "on") return ValueKind::body;
   if (key == "follows" || key == "joint") return ValueKind::coordinate;
-  if (key == "type" || key == "frame" || key == "about") return ValueKind::word;
+  if (key == "type" || key == "frame" || key == "about" || key == "interpolation") return ValueKind::word;
   return key == "file" ? ValueKind::file : ValueKind::number;
 }
 

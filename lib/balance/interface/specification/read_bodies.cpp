@@ -352,6 +352,7 @@ bool has_attached_elements(const MechanismOf<Expression>& mechanism, BodyId body
          std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
          std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
          std::any_of(mechanism.springs.begin(), mechanism.springs.end(), ends) ||
+         std::any_of(mechanism.force_elements.begin(), mechanism.force_elements.end(), ends) ||
          (mechanism.tool && mechanism.tool->body == body);
 }
 

@@ -404,8 +404,9 @@ void read_initial_error(const SpecCursor& at, StudyBuilder& draft, study::Initia
 namespace {
 
 /// Sections in which a model may have other numbers.
-constexpr std::array overridable_sections{"gravity",        "ground",   "bodies", "joints", "couplings", "constraints",
-                                          "counterweights", "payloads", "discs",  "loads",  "springs",   "friction"};
+constexpr std::array overridable_sections{"gravity",     "ground",         "bodies",   "joints", "couplings",
+                                          "constraints", "counterweights", "payloads", "discs",  "loads",
+                                          "springs",     "dampers",        "friction"};
 
 /// "bodies.link1.com[0]" → bodies, link1, com, 0.
 std::vector<std::string> split_key_path(const std::string& path) {
@@ -521,6 +522,7 @@ void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool 
   erase(mechanism.discs);
   erase(mechanism.loads);
   erase(mechanism.springs);
+  erase(mechanism.force_elements);
   if (is_known) return;
   const auto erase_all = [&](const char* section, auto& list, auto&& predicate) {
     if (!list.empty()) names.emplace_back(section);
@@ -537,6 +539,10 @@ void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool 
   erase_all("discs", mechanism.discs, any_element);
   erase_all("loads", mechanism.loads, any_element);
   erase_all("springs", mechanism.springs, any_element);
+  const auto is_damper = [](const ForceElement& one) { return one.is_damper(); };
+  if (std::any_of(mechanism.force_elements.begin(), mechanism.force_elements.end(), is_damper) || name == "dampers")
+    erase_all("dampers", mechanism.force_elements, is_damper);
+  if (name == "springs") std::erase_if(mechanism.force_elements, std::not_fn(is_damper));
   erase_all("friction", mechanism.friction, any_element);
   if (!is_known && !is_mechanism_valid) throw CascadingError();
   if (!is_known) fail_expected_one_of(at, "something that can be left out", names);

@@ -117,35 +117,12 @@ class SectionIndex {
  public:
   explicit SectionIndex(const SpecCursor& root) {
     std::vector<Field> fields;
-    for (const char* name : {"name",
-                             "space",
-                             "gravity",
-                             "parameters",
-                             "units",
-                             "include",
-                             "ground",
-                             "bodies",
-                             "joints",
-                             "couplings",
-                             "constraints",
-                             "speeds",
-                             "actuators",
-                             "tool",
-                             "assembly",
-                             "motion",
-                             "trajectories",
-                             "counterweights",
-                             "payloads",
-                             "discs",
-                             "loads",
-                             "springs",
-                             "bushings",
-                             "friction",
-                             "controllers",
-                             "design",
-                             "tolerances",
-                             "workspace",
-                             "torque_distribution"}) {
+    for (const char* name :
+         {"name",      "space",       "gravity",  "parameters", "units",        "include",
+          "ground",    "bodies",      "joints",   "couplings",  "constraints",  "speeds",
+          "actuators", "tool",        "assembly", "motion",     "trajectories", "counterweights",
+          "payloads",  "discs",       "loads",    "springs",    "dampers",      "bushings",
+          "friction",  "controllers", "design",   "tolerances", "workspace",    "torque_distribution"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back({key, required ? Presence::required : Presence::optional,
@@ -225,6 +202,7 @@ void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   read_section("discs", [&](const SpecCursor& c) { read_discs(c, draft); });
   read_section("loads", [&](const SpecCursor& c) { read_loads(c, draft); });
   read_section("springs", [&](const SpecCursor& c) { read_springs(c, draft); });
+  read_section("dampers", [&](const SpecCursor& c) { read_dampers(c, draft); });
   read_section("friction", [&](const SpecCursor& c) { read_friction(c, draft); });
   add_dampers(draft);
   check_massless_bodies(draft);

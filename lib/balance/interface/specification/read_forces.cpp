@@ -244,8 +244,6 @@ void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
   if (keys.joint && keys.free_length) keys.free_length->fail({.expected = rest, .found = "'free_length'"});
   for (const auto& [entry, name] : {std::pair(&keys.rest, "'rest'"), std::pair(&keys.preload, "'preload'")})
     if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});
-  if (keys.between && keys.damping)
-    keys.damping->fail({.expected = "'damping' only of a spring in a joint; a bushing has it between points"});
 }
 
 void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expression>& spring) {
@@ -255,6 +253,7 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
               {{"between", Presence::optional, store_in(keys.between)},
                {"joint", Presence::optional, store_in(keys.joint)},
                {"stiffness", Presence::required, store_in(keys.stiffness)},
+               {"table", Presence::optional, [](const SpecCursor&) {}},  // read_tabulated_spring()
                {"free_length", Presence::optional, store_in(keys.free_length)},
                {"rest", Presence::optional, store_in(keys.rest)},
                {"preload", Presence::optional, store_in(keys.preload)},
@@ -280,6 +279,7 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
   read(keys.rest, rest, displacement, SignConstraint::none);
   if (keys.rest) spring.preload = spring.stiffness * rest;
   if (!keys.damping) return;
+  if (keys.between) return add_spring_damper(*keys.damping, spring, draft);
   model::FrictionOf<Expression> damper;
   damper.coordinate = spring.coordinate;
   read(keys.damping, damper.viscous, force / displacement * dimension::time, SignConstraint::not_negative);
@@ -353,8 +353,20 @@ void read_loads(const SpecCursor& section, StudyBuilder& draft) {
   }
 }
 
+namespace {
+
+bool has_key(const YamlNode& map, const std::string& name) {
+  return std::any_of(map.keys.begin(), map.keys.end(), [&](const YamlNode& key) { return key.text == name; });
+}
+
+}  // namespace
+
 void read_springs(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member : list_named_members(section, "a mapping of springs {between or joint, stiffness}")) {
+    if (member.value.is_map() && has_key(member.value.node(), "table")) {
+      draft.problems.collect([&] { read_tabulated_spring(member.value, member.name, draft); });
+      continue;
+    }
     model::SpringOf<Expression> spring;
     spring.name = member.name;
     draft.problems.collect([&] { read_spring(member.value, draft, spring); });

@@ -239,6 +239,11 @@ void read_attachments(const SpecCursor& section, StudyBuilder& draft, Attachment
 void read_discs(const SpecCursor& section, StudyBuilder& draft);
 void read_loads(const SpecCursor& section, StudyBuilder& draft);
 void read_springs(const SpecCursor& section, StudyBuilder& draft);
+void read_dampers(const SpecCursor& section, StudyBuilder& draft);
+/// A spring that has a `table` instead of a stiffness.
+void read_tabulated_spring(const SpecCursor& at, const std::string& name, StudyBuilder& draft);
+/// The damper beside a spring between points. @param damping its coefficient
+void add_spring_damper(const SpecCursor& damping, const model::SpringOf<Expression>& spring, StudyBuilder& draft);
 void read_friction(const SpecCursor& section, StudyBuilder& draft);
 /// `motion` and `trajectories` together: `motion` has defaults for all trajectories.
 void read_trajectories(const SpecCursor* motion, const SpecCursor* trajectories, StudyBuilder& draft);

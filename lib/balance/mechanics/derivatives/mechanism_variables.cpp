@@ -38,6 +38,10 @@ std::size_t count_elements(const Mechanism& mechanism, Kind kind) {
     case friction_viscous:
     case friction_coulomb:
     case friction_coulomb_backward: return mechanism.friction.size();
+    case damper_damping:
+    case table_force:
+    case element_point_first:
+    case element_point_second: return mechanism.force_elements.size();
     case load_force:
     case load_moment: return mechanism.loads.size();
   }
@@ -54,6 +58,7 @@ std::size_t count_variable_columns(const Mechanism& mechanism, const MechanismVa
   switch (variable.kind) {
     case Kind::load_force:
     case Kind::load_moment: return mechanism.loads[index].force.size();
+    case Kind::table_force: return mechanism.force_elements[index].table.force.size();
     case Kind::disc_term_ratio: return mechanism.discs[index].follows.terms.size();
     case Kind::coupling_term_ratio: return mechanism.couplings[index].leader.terms.size();
     default: return is_matrix(variable.kind) ? 3 : 1;

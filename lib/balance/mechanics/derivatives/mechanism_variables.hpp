@@ -51,6 +51,10 @@ struct MechanismVariable {
     friction_viscous,           ///< [N m s/rad] or [N s/m]
     friction_coulomb,           ///< [N m] or [N]; in both directions unless there is a backward value, else forwards
     friction_coulomb_backward,  ///< [N m] or [N]
+    damper_damping,             ///< of an element of force_elements [N s/m]
+    table_force,                ///< row `column` of the table of an element of force_elements [N] or [N m]
+    element_point_first,        ///< of force_elements, component `row` [m]
+    element_point_second,       ///< of force_elements, component `row` [m]
     load_force,                 ///< component `row` of the entry `column` [N]
     load_moment,                ///< component `row` of the entry `column` [N m]
     tool_position,              ///< component `row` [m]
@@ -95,6 +99,10 @@ T& variable_in(MechanismOf<T>& mechanism, const MechanismVariable& variable) {
     case friction_viscous: return element(mechanism.friction).viscous;
     case friction_coulomb: return element(mechanism.friction).coulomb;
     case friction_coulomb_backward: return *element(mechanism.friction).coulomb_backward;
+    case damper_damping: return element(mechanism.force_elements).damping;
+    case table_force: return element(mechanism.force_elements).table.force[static_cast<std::size_t>(variable.column)];
+    case element_point_first: return element(mechanism.force_elements).point_first[variable.row];
+    case element_point_second: return element(mechanism.force_elements).point_second[variable.row];
     case load_force: return element(mechanism.loads).force[static_cast<std::size_t>(variable.column)][variable.row];
     case load_moment: return element(mechanism.loads).moment[static_cast<std::size_t>(variable.column)][variable.row];
     case tool_position: return mechanism.tool->position[variable.row];

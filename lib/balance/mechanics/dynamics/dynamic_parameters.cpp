@@ -45,6 +45,7 @@ std::string_view section_of(ParameterOwner owner_kind, AttachmentKind kind) {
     case ParameterOwner::spring: return "springs";
     case ParameterOwner::load: return "loads";
     case ParameterOwner::friction: return "friction";
+    case ParameterOwner::force_element: break;  // known_terms.cpp names them
   }
   return "";
 }
@@ -149,6 +150,9 @@ std::string unit_of(const Parameter& parameter) {
     case ParameterOwner::spring:
       if (parameter.kind == ParameterKind::stiffness) return power == 0 ? "N/m" : "N m/rad";
       return power == 1 ? "N" : "N m";
+    case ParameterOwner::force_element:
+      if (parameter.kind == ParameterKind::tabulated) return power == 0 ? "N" : "N m";
+      [[fallthrough]];
     case ParameterOwner::friction:
       if (parameter.kind == ParameterKind::viscous) return power == 0 ? "N s/m" : "N m s/rad";
       return power == 1 ? "N" : "N m";

@@ -9,9 +9,9 @@
 
 namespace balance::dynamics {
 
-/// The kind of element that owns a parameter. Loads and friction are known terms
+/// The kind of element that owns a parameter. Loads, friction, dampers and springs with a table are known terms
 /// (synthesis/conditions/known_terms.hpp), not design parameters.
-enum class ParameterOwner { body, attachment, disc, spring, load, friction };
+enum class ParameterOwner { body, attachment, disc, spring, load, friction, force_element };
 
 /// What a parameter measures, which determines its physically admissible values.
 enum class ParameterKind {
@@ -25,6 +25,7 @@ enum class ParameterKind {
   couple,              ///< component of a load's moment [N m], of any sign
   viscous,             ///< friction per rate [N m s] or [N s/m], not negative
   coulomb,             ///< dry friction [N m] or [N], not negative
+  tabulated,           ///< largest force of a table [N] or effort [N m], not negative
   known_term,          ///< in proofs: the sum of the known terms of a condition
 };
 
@@ -33,7 +34,7 @@ struct Parameter {
   std::string owner;   ///< "link1": the owner's name, made unique by its section if two owners share it
   std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, …, Ixx, …; of springs k, kax, kaxby, …, preload
   ParameterOwner owner_kind = ParameterOwner::body;
-  int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs, springs, loads or friction
+  int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs, springs, loads, friction or force_elements
   int slot = 0;   ///< position among the owner's parameters
   ParameterKind kind = ParameterKind::mass;
   int length_power = 0;  ///< of its unit: kg m^p; for springs N/m m^p, loads N m^p, friction kg m^p/s or kg m^p/s^2

@@ -17,6 +17,9 @@ namespace {
 Mechanism with_only(Mechanism mechanism, EffortPart part) {
   if (part != EffortPart::load) mechanism.loads.clear();
   if (part != EffortPart::spring) mechanism.springs.clear();
+  std::erase_if(mechanism.force_elements, [part](const ForceElement& element) {
+    return part != (element.is_damper() ? EffortPart::friction : EffortPart::spring);
+  });
   return mechanism;
 }
 
@@ -35,8 +38,10 @@ EquationTermsOf<S>::EquationTermsOf(const Mechanism& source_mechanism, const Inv
       actuation_(mechanism, branch_.tree(), branch_.freedoms()),
       only_loads_(with_only(mechanism, EffortPart::load)),
       only_springs_(with_only(mechanism, EffortPart::spring)),
+      only_dampers_(with_only(mechanism, EffortPart::friction)),
       loads_(only_loads_, branch_.tree()),
       springs_(only_springs_, branch_.tree()),
+      dampers_(only_dampers_, branch_.tree()),
       closure_system_(branch_.tree(), kinematics::Drive<S>{}),
       gravity_(kinematics::to_vector<S>(mechanism.gravity)),
       wrenches_(branch_.tree().nodes.size()),
@@ -120,6 +125,19 @@ VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, dou
   return tau;
 }
 
+/// Generalised forces that overcome friction and dampers.
+template <class S>
+VectorX EquationTermsOf<S>::friction_forces(const VectorX& dy, double time) {
+  VectorX tau = VectorX::Zero(columns_);
+  if (dampers_.has_dampers()) {
+    compute_velocities(branch_.tree(), dy.data(), branch_.state());
+    tau = external_forces(dampers_, time);
+  }
+  if (!mechanism.friction.empty())
+    add_friction_forces(mechanism, branch_.tree(), dy.data(), options.time_scale, tau.data());
+  return tau;
+}
+
 template <class S>
 StaticTerms EquationTermsOf<S>::compute_static_terms(double time) {
   const VectorX zero = VectorX::Zero(columns_);
@@ -135,9 +153,15 @@ MatrixX EquationTermsOf<S>::mass_matrix() {
   return (mass + mass.transpose()) / 2;
 }
 
+/// Of joints and dampers: generalised forces per rate.
 template <class S>
-MatrixX EquationTermsOf<S>::viscous_friction() const {
+MatrixX EquationTermsOf<S>::viscous_friction() {
   MatrixX viscous = MatrixX::Zero(columns_, columns_);
+  for (int c = 0; c < columns_ && dampers_.has_dampers(); ++c) {
+    const VectorX unit = VectorX::Unit(columns_, c);
+    compute_velocities(branch_.tree(), unit.data(), branch_.state());
+    viscous.col(c) = external_forces(dampers_, 0);
+  }
   for (const Friction& friction : mechanism.friction) {
     VectorX rates = VectorX::Zero(columns_);
     branch_.tree().coordinate_expressions[static_cast<std::size_t>(friction.coordinate)].add_generalised_force(
@@ -312,10 +336,9 @@ MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const
   if (MotionOutcome outcome = projection(time, P); outcome.status != MotionStatus::done) return outcome;
   const Eigen::Map<const VectorX> rates(dq, freedoms_), accelerations(ddq, freedoms_);
   const VectorX zero = VectorX::Zero(columns_);
-  VectorX dy, friction = zero;
+  VectorX dy;
   const VectorX c = compute_velocity_product_acceleration(rates, dy), C_ddq = C_ * accelerations;
-  if (!mechanism.friction.empty())
-    add_friction_forces(mechanism, branch_.tree(), dy.data(), options.time_scale, friction.data());
+  const VectorX friction = friction_forces(dy, time);
   const StaticTerms static_terms = compute_static_terms(time);
   MatrixX tau(columns_, static_cast<Eigen::Index>(effort_part_names.size()));
   tau << inverse_dynamics_forces(zero, C_ddq, false), inverse_dynamics_forces(dy, c, false), friction,

@@ -68,7 +68,8 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   VectorX external_forces(const ExternalForces<S>& forces, double time);
   StaticTerms compute_static_terms(double time);
   MatrixX mass_matrix();
-  MatrixX viscous_friction() const;
+  VectorX friction_forces(const VectorX& dy, double time);
+  MatrixX viscous_friction();
   MatrixX input_matrix() const;
   MatrixX constraint_matrix();
   MatrixX disc_transformation();
@@ -78,8 +79,8 @@ class EquationTermsOf final : public EquationTerms::Implementation {
 
   kinematics::AssemblyBranch<S> branch_;
   Actuation<S> actuation_;
-  Mechanism only_loads_, only_springs_;
-  ExternalForces<S> loads_, springs_;
+  Mechanism only_loads_, only_springs_, only_dampers_;
+  ExternalForces<S> loads_, springs_, dampers_;
   kinematics::ConstraintSystem<S> closure_system_;
   typename S::Vector gravity_;
   std::vector<Wrench<S>> wrenches_;

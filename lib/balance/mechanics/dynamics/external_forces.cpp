@@ -32,6 +32,16 @@ ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const ki
       springs_.push_back({place_on_body(tree, spring.first, spring.point_first),
                           place_on_body(tree, spring.second, spring.point_second), spring.stiffness,
                           spring.free_length});
+  for (const model::ForceElementOf<Scalar>& element : mechanism.force_elements) {
+    const auto law = element.is_damper() ? model::ForceLawOf<Scalar>() : model::ForceLawOf<Scalar>(element.table);
+    has_dampers_ = has_dampers_ || element.is_damper();
+    if (element.is_in_joint())
+      joint_tables_.push_back({&tree.coordinate_expressions[element.coordinate], law});
+    else
+      point_elements_.push_back({place_on_body(tree, element.first, element.point_first),
+                                 place_on_body(tree, element.second, element.point_second), law, element.damping,
+                                 element.is_damper()});
+  }
 }
 
 template <class S>
@@ -73,12 +83,24 @@ void ExternalForces<S>::subtract(const kinematics::TreeState<S>& state, const Sc
     apply(state, spring.first, tension * d, S::zero_angular(), wrenches, total);
     apply(state, spring.second, -tension * d, S::zero_angular(), wrenches, total);
   }
+  for (const PointElement& element : point_elements_) {
+    const typename S::Vector d = position(state, element.second) - position(state, element.first);
+    const Scalar length = d.norm();
+    if (!(length > 0)) continue;  // without a direction
+    const Scalar tension = element.is_damper ? Scalar(element.damping * length_rate_product(element, state, d) / length)
+                                             : element.law.force(length);
+    const typename S::Vector force = (tension / length) * d;
+    apply(state, element.first, force, S::zero_angular(), wrenches, total);
+    apply(state, element.second, -force, S::zero_angular(), wrenches, total);
+  }
 }
 
 template <class S>
 void ExternalForces<S>::add_joint_springs(const Scalar* y, Scalar* tau) const {
   for (const JointSpring& spring : joint_springs_)
     spring.coordinate->add_generalised_force(spring.stiffness * spring.coordinate->value(y) - spring.preload, tau);
+  for (const JointTable& spring : joint_tables_)
+    spring.coordinate->add_generalised_force(-spring.law.force(spring.coordinate->value(y)), tau);
 }
 
 template <class S>
@@ -93,18 +115,35 @@ typename S::Scalar ExternalForces<S>::energy(const kinematics::TreeState<S>& sta
         (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
     sum += 0.5 * spring.stiffness * elongation * elongation;
   }
+  for (const PointElement& element : point_elements_)
+    if (!element.is_damper)
+      sum += element.law.energy((position(state, element.second) - position(state, element.first)).norm());
+  for (const JointTable& spring : joint_tables_) sum -= spring.law.energy(spring.coordinate->value(y));
   return sum;
 }
 
 template <class S>
-double ExternalForces<S>::length_magnitude(const kinematics::TreeState<S>& state, const PlacedSpring& spring) {
-  return value_of(position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length);
+typename S::Scalar ExternalForces<S>::damper_power(const kinematics::TreeState<S>& state) const {
+  Scalar sum = 0;
+  for (const PointElement& element : point_elements_) {
+    if (!element.is_damper) continue;
+    const typename S::Vector d = position(state, element.second) - position(state, element.first);
+    const Scalar square = d.squaredNorm(), product = length_rate_product(element, state, d);
+    if (square > 0) sum += element.damping * product * product / square;
+  }
+  return sum;
+}
+
+template <class S>
+template <class Ends>
+double ExternalForces<S>::length_magnitude(const kinematics::TreeState<S>& state, const Ends& ends) {
+  return value_of(position(state, ends.first).norm() + position(state, ends.second).norm());
 }
 
 template <class S>
 template <class Tension, class Add>
-void ExternalForces<S>::visit_magnitudes(const Scalar* y, const Scalar& time, const Tension& tension,
-                                         const Add& add) const {
+void ExternalForces<S>::visit_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
+                                         const Tension& tension, const Add& add) const {
   const auto visit = [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
     if (frame.node != 0) add(frame, force, moment);
   };
@@ -118,13 +157,22 @@ void ExternalForces<S>::visit_magnitudes(const Scalar* y, const Scalar& time, co
     visit(spring.first, force, 0);
     visit(spring.second, force, 0);
   }
+  for (const PointElement& element : point_elements_) {
+    const double force = element.is_damper
+                             ? value_of(element.damping) * (value_of(end_velocity(state, element.first).norm()) +
+                                                            value_of(end_velocity(state, element.second).norm()))
+                             : value_of(element.law.max_force());
+    visit(element.first, force, 0);
+    visit(element.second, force, 0);
+  }
 }
 
 template <class S>
 void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
                                        std::vector<ForceMagnitude>& magnitudes) const {
   visit_magnitudes(
-      y, time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
+      state, y, time,
+      [&](const PlacedSpring& spring) { return length_magnitude(state, spring) + value_of(spring.free_length); },
       [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         ForceMagnitude& magnitude = magnitudes[static_cast<std::size_t>(frame.node)];
         magnitude.force += force;
@@ -137,7 +185,7 @@ ForceMagnitude ExternalForces<S>::sum_magnitudes(const kinematics::TreeState<S>&
                                                  const Scalar& time) const {
   ForceMagnitude sum;
   visit_magnitudes(
-      y, time,
+      state, y, time,
       [&](const PlacedSpring& spring) {
         const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
         return std::abs(value_of(length) - value_of(spring.free_length));
@@ -162,6 +210,9 @@ void ExternalForces<S>::add_joint_magnitudes(const Scalar* y, std::vector<double
       tau[static_cast<std::size_t>(column)] +=
           std::abs(value_of(ratio)) *
           (value_of(spring.stiffness) * spring.coordinate_magnitude(y) + std::abs(value_of(spring.preload)));
+  for (const JointTable& spring : joint_tables_)
+    for (const auto& [column, ratio] : spring.coordinate->terms)
+      tau[static_cast<std::size_t>(column)] += std::abs(value_of(ratio)) * value_of(spring.law.max_force());
 }
 
 template <class S>
@@ -172,9 +223,15 @@ double ExternalForces<S>::energy_magnitude(const kinematics::TreeState<S>& state
     sum += (0.5 * value_of(spring.stiffness) * q + std::abs(value_of(spring.preload))) * q;
   }
   for (const PlacedSpring& spring : springs_) {
-    const double length = length_magnitude(state, spring);
+    const double length = length_magnitude(state, spring) + value_of(spring.free_length);
     sum += 0.5 * value_of(spring.stiffness) * length * length;
   }
+  for (const PointElement& element : point_elements_)
+    if (!element.is_damper)
+      sum += std::abs(
+          value_of(element.law.energy((position(state, element.second) - position(state, element.first)).norm())));
+  for (const JointTable& spring : joint_tables_)
+    sum += std::abs(value_of(spring.law.energy(spring.coordinate->value(y))));
   return sum;
 }
 

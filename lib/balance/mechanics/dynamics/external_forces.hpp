@@ -1,5 +1,5 @@
 #pragma once
-/// Loads and springs that act on the bodies.
+/// Loads, springs and dampers that act on the bodies.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -23,22 +23,33 @@ class ExternalForces {
 
   ExternalForces(const MechanismOf<Scalar>& mechanism, const kinematics::Tree<S>& tree);
 
-  bool is_empty() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
+  bool is_empty() const {
+    return loads_.empty() && springs_.empty() && joint_springs_.empty() && point_elements_.empty() &&
+           joint_tables_.empty();
+  }
+  /// Whether some force depends on rates.
+  bool has_dampers() const { return has_dampers_; }
 
   /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are not among
   /// them: like motors and friction, they are part of the joint's reaction.
-  /// @param state poses in the world @param y tree coordinates, for loads over a coordinate
-  /// @param total of loads and springs on the moving bodies: world axes, about the world's origin
+  /// @param state poses in the world; with dampers also velocities (compute_origin_velocities)
+  /// @param y tree coordinates, for loads over a coordinate
+  /// @param total of loads, springs and dampers on the moving bodies: world axes, about the world's origin
   /// @param loads part of it that is due to the loads
   void subtract(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
                 std::vector<Wrench<S>>& wrenches, Wrench<S>& total, Wrench<S>& loads) const;
 
-  /// Adds the generalised forces that balance springs in joint coordinates: stiffness · q − preload.
+  /// Adds the generalised forces that balance springs in joint coordinates: stiffness · q − preload, or minus a table's
+  /// effort.
   /// @param y tree coordinates @param tau per tree coordinate [N m or N]
   void add_joint_springs(const Scalar* y, Scalar* tau) const;
 
-  /// Energy stored in the springs [J]; that of joint springs is zero at coordinate zero.
+  /// Energy stored in the springs [J]; that of joint springs is zero at coordinate zero, that of springs with a table at
+  /// the first row.
   Scalar energy(const kinematics::TreeState<S>& state, const Scalar* y) const;
+
+  /// Power that the dampers take, not negative [W]. @param state poses and velocities
+  Scalar damper_power(const kinematics::TreeState<S>& state) const;
 
   /// Adds the magnitudes of the terms of its external wrenches to every node's entry. A spring's tension is a
   /// difference of lengths, which are differences of positions.
@@ -75,11 +86,34 @@ class ExternalForces {
     double coordinate_magnitude(const Scalar* y) const;
   };
 
+  /// A damper, or a spring with a table, between points.
+  struct PointElement {
+    kinematics::FixedFrame<S> first, second;
+    model::ForceLawOf<Scalar> law;  ///< unused by a damper
+    Scalar damping;
+    bool is_damper;
+  };
+  struct JointTable {
+    const kinematics::LinearQuantityOf<Scalar>* coordinate;
+    model::ForceLawOf<Scalar> law;
+  };
+
   /// Calls add(frame, force, moment) with the magnitudes of every wrench on a moving body.
   /// @param tension of a spring, per unit of its stiffness
   template <class Tension, class Add>
-  void visit_magnitudes(const Scalar* y, const Scalar& time, const Tension& tension, const Add& add) const;
-  static double length_magnitude(const kinematics::TreeState<S>& state, const PlacedSpring& spring);
+  void visit_magnitudes(const kinematics::TreeState<S>& state, const Scalar* y, const Scalar& time,
+                        const Tension& tension, const Add& add) const;
+  template <class Ends>
+  static double length_magnitude(const kinematics::TreeState<S>& state, const Ends& ends);
+  static typename S::Vector end_velocity(const kinematics::TreeState<S>& state,
+                                         const kinematics::FixedFrame<S>& frame) {
+    return kinematics::point_velocity<S>(state[frame.node], frame.p_N);
+  }
+  /// Rate of the length times the length.
+  static Scalar length_rate_product(const PointElement& element, const kinematics::TreeState<S>& state,
+                                    const typename S::Vector& distance) {
+    return distance.dot(end_velocity(state, element.second) - end_velocity(state, element.first));
+  }
   void apply(const kinematics::TreeState<S>& state, const kinematics::FixedFrame<S>& frame,
              const typename S::Vector& force, typename S::Angular moment, std::vector<Wrench<S>>& wrenches,
              Wrench<S>& total) const;
@@ -87,6 +121,9 @@ class ExternalForces {
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;
   std::vector<JointSpring> joint_springs_;
+  std::vector<PointElement> point_elements_;
+  std::vector<JointTable> joint_tables_;
+  bool has_dampers_ = false;
 };
 
 extern template class ExternalForces<kinematics::Planar>;

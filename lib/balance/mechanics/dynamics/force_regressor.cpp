@@ -15,11 +15,12 @@ using kinematics::MotionStepper;
 
 namespace {
 
-/// A mechanism with the loads only.
-Mechanism extract_loads(const Mechanism& mechanism) {
-  Mechanism loads_only;
-  loads_only.loads = mechanism.loads;
-  return loads_only;
+/// A mechanism with the forces that are not linear in parameters of the design.
+Mechanism extract_known_forces(const Mechanism& mechanism) {
+  Mechanism forces_only;
+  forces_only.loads = mechanism.loads;
+  forces_only.force_elements = mechanism.force_elements;
+  return forces_only;
 }
 
 /// A mechanism whose efforts are linear in the forces.
@@ -64,9 +65,9 @@ ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const kinematics::
       about_(kinematics::to_vector<S>(about)),
       inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
       freedoms_(freedoms),
-      loads_mechanism_(extract_loads(mechanism)),
+      known_forces_mechanism_(extract_known_forces(mechanism)),
       least_norm_mechanism_(replace_nonlinear_distribution(mechanism)),
-      loads_(loads_mechanism_, tree),
+      known_forces_(known_forces_mechanism_, tree),
       springs_(mechanism, tree, loose),
       actuation_(least_norm_mechanism_, tree, freedoms),
       wrenches_(tree.nodes.size()) {
@@ -170,15 +171,25 @@ MatrixX ForceRegressor<S>::min_peak_combinations() const {
   return combinations;
 }
 
-/// Loads and friction, which depend only on the motion.
+/// Minus the wrenches of loads, dampers and springs with a table, which depend only on the motion.
+/// @return the resultant of the loads
+template <class S>
+Wrench<S> ForceRegressor<S>::set_known_wrenches(MotionStepper<S>& stepper) {
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  if (known_forces_.has_dampers()) kinematics::compute_velocities(tree_, stepper.dy(), stepper.state());
+  known_forces_.subtract(stepper.state(), stepper.y(), stepper.time(), wrenches_, total, loads);
+  return loads;
+}
+
+/// Known forces and friction, which depend only on the motion.
 template <class S>
 void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau) {
   tau.setZero();
-  if (!loads_.is_empty()) {
-    for (auto& wrench : wrenches_) wrench = {};
-    Wrench<S> total, loads;
-    loads_.subtract(stepper.state(), stepper.y(), stepper.time(), wrenches_, total, loads);
+  if (!known_forces_.is_empty()) {
+    set_known_wrenches(stepper);
     compute_wrench_forces(tree_, stepper.state(), wrenches_, tau.data());
+    known_forces_.add_joint_springs(stepper.y(), tau.data());
   }
   if (!mechanism_.friction.empty())
     add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
@@ -233,9 +244,7 @@ bool ForceRegressor<S>::joint_reaction(MotionStepper<S>& stepper, const AffineQu
     reactions_.joint_moment = reactions_.joint_force;
     return read_reactions(state, quantity, wrenches);
   };
-  for (auto& wrench : wrenches_) wrench = {};
-  Wrench<S> total, loads;
-  loads_.subtract(state, stepper.y(), stepper.time(), wrenches_, total, loads);
+  set_known_wrenches(stepper);
   const VectorX constant = read(wrenches_);
   rows.setZero(constant.size(), columns());
   rows.rightCols(1) = constant;
@@ -277,9 +286,7 @@ void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, const AffineQ
   const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
   MatrixX force = MatrixX::Zero(S::dimension, columns());
   force.leftCols(inertial_) = -exerted.force;
-  for (auto& wrench : wrenches_) wrench = {};
-  Wrench<S> total, loads;
-  loads_.subtract(stepper.state(), stepper.y(), stepper.time(), wrenches_, total, loads);
+  const Wrench<S> loads = set_known_wrenches(stepper);
   force.rightCols(1) = loads.force;
   if (quantity.kind == AffineQuantity::Kind::ground_force) {
     rows = force;

@@ -132,6 +132,7 @@ class ForceRegressor {
   bool torque(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
   MatrixX min_peak_combinations() const;
   void evaluate_generalised_forces(kinematics::MotionStepper<S>& stepper);
+  Wrench<S> set_known_wrenches(kinematics::MotionStepper<S>& stepper);
   void constant_torque(kinematics::MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
   bool joint_reaction(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity, MatrixX& rows);
   MatrixX multiplier_reactions(kinematics::MotionStepper<S>& stepper, const AffineQuantity& quantity);
@@ -146,9 +147,9 @@ class ForceRegressor {
   typename S::Vector gravity_, about_;
   Eigen::Index inertial_;
   int freedoms_;
-  Mechanism loads_mechanism_;       ///< the loads only
-  Mechanism least_norm_mechanism_;  ///< without a distribution of efforts that is not linear
-  ExternalForces<S> loads_;
+  Mechanism known_forces_mechanism_;  ///< loads, dampers and springs with a table only
+  Mechanism least_norm_mechanism_;    ///< without a distribution of efforts that is not linear
+  ExternalForces<S> known_forces_;
   SpringRegressor<S> springs_;
   Actuation<S> actuation_;
   std::vector<Wrench<S>> wrenches_;

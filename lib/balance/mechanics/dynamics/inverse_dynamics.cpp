@@ -75,7 +75,7 @@ InverseDynamicsOf<S>::InverseDynamicsOf(const Mechanism& source_mechanism, const
   }
   is_fully_actuated_tree = branch_.is_explicit() && actuated_columns_.size() == tau_.size() &&
                            actuated_columns_.size() == mechanism.actuators.size() && mechanism.loads.empty() &&
-                           mechanism.springs.empty() &&
+                           mechanism.springs.empty() && mechanism.force_elements.empty() &&
                            std::find(is_driven.begin(), is_driven.end(), false) == is_driven.end();
 }
 

@@ -236,7 +236,7 @@ void LoopDynamics<S>::apply_second_order_correction(double* y) {
 template <class S>
 void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
   compute_angular_velocities(tree_, dy, state_);
-  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy, state_);
+  if (tree_.has_sliding_closures || external_.has_dampers()) compute_origin_velocities(tree_, dy, state_);
   // Accelerating the ground by −g adds the weight to the inertia forces; in the closures' differences it cancels.
   kinematics::compute_accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
   if (is_open_tree()) {

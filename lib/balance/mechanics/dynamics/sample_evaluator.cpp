@@ -154,6 +154,7 @@ template <class S>
 void SampleEvaluator<S>::balance_forces(const TreeMotion<S>& motion) {
   for (auto& wrench : wrenches_) wrench = {};
   external_total_ = external_loads_ = {};
+  if (external_.has_dampers()) compute_origin_velocities(tree_, motion.dy, *state_);
   if (!external_.is_empty())
     external_.subtract(*state_, motion.y, motion.time, wrenches_, external_total_, external_loads_);
   inverse_dynamics(tree_, *state_, wrenches_, tau_.data());

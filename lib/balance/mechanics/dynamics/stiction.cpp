@@ -41,7 +41,7 @@ void LoopDynamics<S>::add_friction(const double* dy) {
 
 template <class S>
 double LoopDynamics<S>::friction_power(const double* dy) const {
-  double sum = 0;
+  double sum = external_.has_dampers() ? external_.damper_power(state_) : 0;
   for (const JointFriction& joint : frictions_) sum += joint.rate(dy) * friction_force(joint, joint.rate(dy));
   return sum;
 }

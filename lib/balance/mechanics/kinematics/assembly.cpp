@@ -478,6 +478,8 @@ bool may_wind_coordinate(const Mechanism& mechanism, CoordinateId coordinate) {
                       [&](const Spring& one) { return one.is_joint_spring() && one.coordinate == coordinate; }) &&
          std::none_of(mechanism.loads.begin(), mechanism.loads.end(),
                       [&](const Load& load) { return load.is_over_coordinate() && load.coordinate == coordinate; }) &&
+         std::none_of(mechanism.force_elements.begin(), mechanism.force_elements.end(),
+                      [&](const ForceElement& one) { return one.is_in_joint() && one.coordinate == coordinate; }) &&
          std::none_of(mechanism.assembly.begin(), mechanism.assembly.end(), [&](const CoordinateValue& given) {
            return given.coordinate == coordinate &&
                   !(given.value > -std::numbers::pi && given.value <= std::numbers::pi);

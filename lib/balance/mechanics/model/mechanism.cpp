@@ -192,9 +192,10 @@ double total_mass(const Mechanism& mechanism) {
 namespace {
 
 /// The lists that a union concatenates, but for the bodies, which share the ground.
-constexpr std::tuple element_lists{
-    &Mechanism::joints, &Mechanism::couplings, &Mechanism::constraints, &Mechanism::attachments, &Mechanism::discs,
-    &Mechanism::loads,  &Mechanism::springs,   &Mechanism::friction,    &Mechanism::actuators,   &Mechanism::assembly};
+constexpr std::tuple element_lists{&Mechanism::joints,      &Mechanism::couplings,      &Mechanism::constraints,
+                                   &Mechanism::attachments, &Mechanism::discs,          &Mechanism::loads,
+                                   &Mechanism::springs,     &Mechanism::force_elements, &Mechanism::friction,
+                                   &Mechanism::actuators,   &Mechanism::assembly};
 
 /// Adds to all indices of bodies, but the ground's, and of coordinates.
 void shift_indices(Mechanism& mechanism, int bodies, int coordinates) {
@@ -220,6 +221,10 @@ void shift_indices(Mechanism& mechanism, int bodies, int coordinates) {
   for (Spring& spring : mechanism.springs) {
     shift_body(spring.first), shift_body(spring.second);
     if (spring.is_joint_spring()) spring.coordinate += coordinates;
+  }
+  for (ForceElement& element : mechanism.force_elements) {
+    shift_body(element.first), shift_body(element.second);
+    if (element.is_in_joint()) element.coordinate += coordinates;
   }
   for (Friction& friction : mechanism.friction) friction.coordinate += coordinates;
   for (CoordinateId& actuator : mechanism.actuators) actuator += coordinates;

@@ -7,6 +7,7 @@
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/foundation/base/types.hpp"
+#include "balance/mechanics/model/force_table.hpp"
 #include "balance/mechanics/model/variable_function.hpp"
 
 #include <cmath>
@@ -272,6 +273,24 @@ struct SpringOf {
   bool is_joint_spring() const { return coordinate >= 0; }
 };
 
+/// A force between a point of each of two bodies, along the line through them: a damper, or a spring whose tension is a
+/// table over its length. Or an effort on a joint coordinate that is a table over the coordinate; bodies and points are
+/// then unused.
+template <class T>
+struct ForceElementOf {
+  std::string name;
+  BodyId first = ground;
+  BodyId second = ground;
+  Vector3Of<T> point_first = Vector3Of<T>::Zero();
+  Vector3Of<T> point_second = Vector3Of<T>::Zero();
+  CoordinateId coordinate = -1;  ///< −1: between points
+  ForceTableOf<T> table;         ///< tension over length, or effort over coordinate; empty: a damper
+  T damping = 0;                 ///< of a damper: tension per rate of the length [N s/m]
+
+  bool is_in_joint() const { return coordinate >= 0; }
+  bool is_damper() const { return table.is_empty(); }
+};
+
 /// Friction in a joint coordinate. Sliding, it resists with viscous · q̇ + dry_friction(sign(q̇)) · sign(q̇). At rest,
 /// it holds efforts up to static_limit(). See mechanics/model/friction_law.hpp. Forward is the direction in which the
 /// coordinate grows.
@@ -373,6 +392,7 @@ struct MechanismOf {
   std::vector<DiscOf<T>> discs;
   std::vector<LoadOf<T>> loads;
   std::vector<SpringOf<T>> springs;
+  std::vector<ForceElementOf<T>> force_elements;
   std::vector<FrictionOf<T>> friction;
   std::vector<CoordinateId> actuators;                         ///< actuated coordinates
   std::optional<TorqueDistributionOf<T>> torque_distribution;  ///< none: least norm, without weights and bounds
@@ -392,6 +412,7 @@ using Attachment = AttachmentOf<double>;
 using Disc = DiscOf<double>;
 using Load = LoadOf<double>;
 using Spring = SpringOf<double>;
+using ForceElement = ForceElementOf<double>;
 using Friction = FrictionOf<double>;
 using EffortShare = EffortShareOf<double>;
 using TorqueDistribution = TorqueDistributionOf<double>;
@@ -525,6 +546,7 @@ using model::CoordinateKind;
 using model::CoordinateValue;
 using model::Coupling;
 using model::Disc;
+using model::ForceElement;
 using model::Friction;
 using model::Joint;
 using model::JointId;

@@ -6,6 +6,19 @@
 
 namespace balance::model {
 
+template <class To, class From, class Function>
+TorqueDistributionOf<To> convert_distribution(const TorqueDistributionOf<From>& from, const Function& number) {
+  const auto optional_number = [&](const std::optional<From>& x) {
+    return x ? std::optional<To>(number(*x)) : std::nullopt;
+  };
+  TorqueDistributionOf<To> to;
+  to.method = from.method;
+  for (const auto& share : from.shares)
+    to.shares.push_back({number(share.weight), optional_number(share.lower), optional_number(share.upper),
+                         optional_number(share.preload)});
+  return to;
+}
+
 /// Applies `number` (From → To) to every number of `from` and copies everything else.
 template <class To, class From, class Function>
 MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function& number) {
@@ -65,6 +78,10 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
                           vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
                           number(spring.preload), spring.coordinate});
+  for (const auto& element : from.force_elements)
+    to.force_elements.push_back({element.name, element.first, element.second, vector(element.point_first),
+                                 vector(element.point_second), element.coordinate,
+                                 element.table.template convert<To>(number), number(element.damping)});
   for (const auto& friction : from.friction) {
     to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}, {}, {}});
     auto& copy = to.friction.back();
@@ -73,16 +90,7 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
   }
   to.actuators = from.actuators;
-  if (from.torque_distribution) {
-    const auto optional_number = [&](const std::optional<From>& x) {
-      return x ? std::optional<To>(number(*x)) : std::nullopt;
-    };
-    to.torque_distribution.emplace();
-    to.torque_distribution->method = from.torque_distribution->method;
-    for (const auto& share : from.torque_distribution->shares)
-      to.torque_distribution->shares.push_back({number(share.weight), optional_number(share.lower),
-                                                optional_number(share.upper), optional_number(share.preload)});
-  }
+  if (from.torque_distribution) to.torque_distribution = convert_distribution<To>(*from.torque_distribution, number);
   if (from.tool) to.tool = {from.tool->body, from.tool->point, vector(from.tool->position)};
   for (const auto& rough : from.assembly) to.assembly.push_back({rough.coordinate, number(rough.value)});
   return to;

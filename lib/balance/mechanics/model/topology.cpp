@@ -17,7 +17,7 @@ Vector3 point_on(const Joint& joint, BodyId body) {
   return joint.first == body ? joint.point_first : joint.point_second;
 }
 
-/// Whether a disc, load, point spring or the tool is on the body.
+/// Whether a disc, load, an end of a force between points or the tool is on the body.
 bool has_external_elements(const Mechanism& mechanism, BodyId body) {
   const auto is_on_body = [body](const auto& element) { return element.body == body; };
   return std::any_of(mechanism.discs.begin(), mechanism.discs.end(), is_on_body) ||
@@ -25,6 +25,10 @@ bool has_external_elements(const Mechanism& mechanism, BodyId body) {
          std::any_of(mechanism.springs.begin(), mechanism.springs.end(),
                      [body](const Spring& spring) {
                        return !spring.is_joint_spring() && (spring.first == body || spring.second == body);
+                     }) ||
+         std::any_of(mechanism.force_elements.begin(), mechanism.force_elements.end(),
+                     [body](const ForceElement& element) {
+                       return !element.is_in_joint() && (element.first == body || element.second == body);
                      }) ||
          (mechanism.tool && mechanism.tool->body == body);
 }
@@ -278,6 +282,8 @@ std::vector<bool> find_needed_joints(const Mechanism& mechanism, const std::vect
     if (spring.is_joint_spring()) mark_needed(spring.coordinate);
   for (const Load& load : mechanism.loads)
     if (load.is_over_coordinate()) mark_needed(load.coordinate);
+  for (const ForceElement& element : mechanism.force_elements)
+    if (element.is_in_joint()) mark_needed(element.coordinate);
   return is_needed;
 }
 

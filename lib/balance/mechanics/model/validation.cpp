@@ -93,6 +93,7 @@ void check_attachments(const Mechanism& mechanism, std::vector<ValidationIssue>&
 void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
 void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
 void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_force_elements(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
 void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
 
 namespace {
@@ -137,6 +138,7 @@ const char* name_of(ElementKind element) {
     case ElementKind::disc: return "disc";
     case ElementKind::load: return "load";
     case ElementKind::spring: return "spring";
+    case ElementKind::force_element: return "force element";
     case ElementKind::friction: return "friction";
     case ElementKind::actuator: return "actuator";
     case ElementKind::tool: return "tool";
@@ -332,6 +334,7 @@ std::vector<ValidationIssue> validate(const Mechanism& mechanism) {
   check_discs(mechanism, issues);
   check_loads(mechanism, issues);
   check_springs(mechanism, issues);
+  check_force_elements(mechanism, issues);
   check_friction(mechanism, issues);
   check_references(mechanism, issues);
   check_torque_distribution(mechanism, issues);
@@ -630,6 +633,50 @@ void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& iss
     faults.check_position(spring.point_first, planar, "its point on the first body");
     faults.check_position(spring.point_second, planar, "its point on the second body");
     faults.check_not_negative(spring.free_length, "the free length");
+  }
+}
+
+namespace {
+
+void check_force_table(const model::ForceTableOf<double>& table, ElementValidator& faults) {
+  const std::size_t rows = table.force.size(), min_rows = table.interpolation == TableInterpolation::spline ? 4 : 2;
+  if (table.displacement.size() != rows || rows < min_rows)
+    return faults.add(ValidationIssueKind::force_table, "its table must have at least " + std::to_string(min_rows) +
+                                                            " displacements and as many forces, has " +
+                                                            std::to_string(table.displacement.size()) + " and " +
+                                                            std::to_string(rows));
+  for (std::size_t k = 0; k < rows; ++k)
+    if (!faults.check_finite(table.displacement[k], "a displacement") ||
+        !faults.check_finite(table.force[k], "a force"))
+      return;
+  for (std::size_t k = 1; k < rows; ++k)
+    if (!(table.displacement[k] > table.displacement[k - 1]))
+      return faults.add(ValidationIssueKind::force_table, "its displacements must increase, " +
+                                                              format_element(table.displacement[k]) + " follows " +
+                                                              format_element(table.displacement[k - 1]));
+}
+
+}  // namespace
+
+void check_force_elements(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  const bool planar = is_planar(mechanism);
+  for (std::size_t k = 0; k < mechanism.force_elements.size(); ++k) {
+    const ForceElement& element = mechanism.force_elements[k];
+    ElementValidator faults(ElementKind::force_element, k, element.name, issues);
+    if (!element.is_damper()) check_force_table(element.table, faults);
+    if (element.is_in_joint()) {
+      faults.check_index(element.coordinate, mechanism.coordinates.size(), "its coordinate");
+      if (element.is_damper())
+        faults.add(ValidationIssueKind::force_table, "a damper in a joint is viscous friction of its coordinate");
+      continue;
+    }
+    const bool first = faults.check_index(element.first, mechanism.bodies.size(), "its first body");
+    const bool second = faults.check_index(element.second, mechanism.bodies.size(), "its second body");
+    if (first && second && element.first == element.second)
+      faults.add(ValidationIssueKind::same_body, "it must act between two different bodies");
+    faults.check_position(element.point_first, planar, "its point on the first body");
+    faults.check_position(element.point_second, planar, "its point on the second body");
+    faults.check_not_negative(element.damping, "the damping");
   }
 }
 

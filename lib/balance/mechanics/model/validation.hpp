@@ -59,6 +59,7 @@ enum class ValidationIssueKind {
   duplicate_reference,       ///< a coordinate is actuated twice, has friction twice, or occurs twice in a combination
   empty_payload_interval,    ///< an attachment is not set down after it is taken up
   load_table,                ///< times do not increase, or the numbers of forces, moments and times differ
+  force_table,               ///< displacements do not increase, too few rows, or the numbers of both differ
   negative_number,           ///< stiffness, free length, friction, or a radius that is not positive
   breakaway_below_coulomb,   ///< static friction below sliding friction
   out_of_plane,              ///< numbers of a planar mechanism are not in its plane
@@ -77,6 +78,7 @@ enum class ElementKind {
   disc,
   load,
   spring,
+  force_element,
   friction,
   actuator,
   tool,  ///< no list: index 0

@@ -129,6 +129,7 @@ RunQuantities::RunQuantities(const RunResult* run, const Mechanism* mechanism, s
     return;
   list_motion_quantities();
   list_spring_quantities();
+  list_force_element_quantities();
 }
 
 /// Whether there are samples of an array at all rows, not only at the recorded ones.
@@ -300,6 +301,45 @@ void RunQuantities::list_spring_quantities() {
     add_motion("spring_force" + owner, "N", {}, [length, &spring](const std::vector<BodyMotion>& bodies) -> VectorX {
       return VectorX::Constant(1, spring.stiffness * (length(bodies) - spring.free_length));
     });
+  }
+}
+
+/// The same for springs with a table; of dampers between points length, its rate and the tension.
+void RunQuantities::list_force_element_quantities() {
+  for (const ForceElement& element : mechanism_->force_elements) {
+    const std::string owner = "[" + element.name + "]";
+    const auto law = element.is_damper() ? model::ForceLawOf<double>() : model::ForceLawOf<double>(element.table);
+    if (element.is_in_joint()) {
+      const bool is_length = is_length_coordinate(*mechanism_, element.coordinate);
+      quantities_.push_back({(is_length ? "spring_force" : "spring_torque") + owner,
+                             is_length ? "N" : "N m",
+                             {},
+                             [this, law, &element]() -> Samples {
+                               const Samples position = merge(&RunResult::joint_position, element.coordinate, 1);
+                               return position.unaryExpr([&law](double q) { return law.force(q); });
+                             },
+                             &times_,
+                             {},
+                             true});
+      continue;
+    }
+    const auto distance = [&element](const std::vector<BodyMotion>& bodies) -> Vector3 {
+      return bodies[static_cast<std::size_t>(element.second)].point_position(element.point_second) -
+             bodies[static_cast<std::size_t>(element.first)].point_position(element.point_first);
+    };
+    const std::string kind = element.is_damper() ? "damper" : "spring";
+    add_motion(kind + "_length" + owner, "m", {}, [distance](const std::vector<BodyMotion>& bodies) -> VectorX {
+      return VectorX::Constant(1, distance(bodies).norm());
+    });
+    add_motion(
+        kind + "_force" + owner, "N", {}, [distance, law, &element](const std::vector<BodyMotion>& bodies) -> VectorX {
+          const Vector3 d = distance(bodies);
+          if (!element.is_damper()) return VectorX::Constant(1, law.force(d.norm()));
+          if (!(d.norm() > 0)) return VectorX::Zero(1);
+          const Vector3 rate = bodies[static_cast<std::size_t>(element.second)].point_velocity(element.point_second) -
+                               bodies[static_cast<std::size_t>(element.first)].point_velocity(element.point_first);
+          return VectorX::Constant(1, element.damping * d.normalized().dot(rate));
+        });
   }
 }
 

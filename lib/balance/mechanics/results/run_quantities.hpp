@@ -71,6 +71,7 @@ class RunQuantities {
   void list_run_quantities();
   void list_motion_quantities();
   void list_spring_quantities();
+  void list_force_element_quantities();
   void add_moving_point(const std::string& position_name, const std::string& velocity_name,
                         const std::string& acceleration_name, BodyId body, const Vector3& position);
   void add_motion(std::string name, const char* unit, std::vector<std::string> components,

@@ -125,6 +125,7 @@ class LinearisedPlant {
 
   static Mechanism frictionless(Mechanism mechanism) {
     mechanism.friction.clear();
+    std::erase_if(mechanism.force_elements, [](const ForceElement& element) { return element.is_damper(); });
     return mechanism;
   }
 

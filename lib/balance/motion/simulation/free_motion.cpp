@@ -41,8 +41,9 @@ constexpr double newton_tolerance = 1e-12, accepted_newton_tolerance = 1e-9;  //
 constexpr double fast_convergence = 0.01;                                     // ratio of steps with the same matrix
 constexpr double difference_step = 1e-5;                                      // in units of the state
 constexpr double min_newton_pivot =
-    1e-8;                                // of a system for a start, in its units: below this it has no unique solution
-constexpr double max_newton_step = 0.5;  // in units of the state: an equilibrium is approached in such steps
+    1e-8;  // of a system for a start, in its units: below this it has no unique solution
+constexpr double max_plausible_step = 1e3;      // in units of the state: behind it nothing can be evaluated
+constexpr double max_newton_step = 0.5;         // in units of the state: an equilibrium is approached in such steps
 constexpr double periodicity_tolerance = 1e-7;  // of accelerations at both ends
 constexpr double end_round_off_factor = 1e5;    // of these: what the start's accuracy adds
 
@@ -272,7 +273,12 @@ class FreeMotionSolver {
     bool is_slow = true;  // the matrix is kept while the steps become much shorter
     Eigen::FullPivLU<MatrixX> solver;
     for (int iteration = 0; iteration < max_newton_iterations; ++iteration) {
-      if (!residual(state, value)) return fail_where_stopped();
+      if (!residual(state, value)) {
+        if (std::isfinite(last_step_size) && last_step_size > max_plausible_step)
+          return fail(MotionStatus::unreachable, 0,
+                      what + " found: the search leads out of all bounds, as at a resonance without damping");
+        return fail_where_stopped();
+      }
       if (is_slow) {
         MatrixX jacobian(n, n);
         for (Eigen::Index k = 0; k < n; ++k) {

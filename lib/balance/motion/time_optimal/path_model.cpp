@@ -292,7 +292,12 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
  public:
   PathDynamicsSamplerOf(const Mechanism& mechanism, const Trajectory& trajectory,
                         const std::vector<LimitableQuantity>& quantities)
-      : mechanism_(mechanism), trajectory_(reparametrise_by_path(trajectory)), path_(mechanism, trajectory_) {
+      : mechanism_(mechanism),
+        trajectory_(reparametrise_by_path(trajectory)),
+        path_(mechanism, trajectory_),
+        has_rate_terms_(!mechanism.friction.empty() ||
+                        std::any_of(mechanism.force_elements.begin(), mechanism.force_elements.end(),
+                                    [](const ForceElement& element) { return element.is_damper(); })) {
     dynamics::TreeMotionSource<S> source = make_source();
     outcome_ = source.outcome();
     if (outcome_.status != MotionStatus::done) return;
@@ -379,7 +384,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     };
     const bool is_tool_quantity = quantity.kind == Kind::tool_velocity || quantity.kind == Kind::tool_acceleration;
     if (quantity.kind == Kind::force) allocate(limit.a), allocate(limit.b), allocate(limit.c);
-    if (quantity.kind == Kind::force && !mechanism_.friction.empty()) allocate(limit.d);
+    if (quantity.kind == Kind::force && has_rate_terms_) allocate(limit.d);
     if (quantity.kind == Kind::rate) allocate(limit.d);
     if (quantity.kind == Kind::energy) allocate(limit.b);
     if (is_tool_quantity) allocate(limit.c);  // the position itself, which is differentiated later
@@ -431,23 +436,22 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     const auto add = [row](int column, int i, double value) {
       if (column >= 0) row[column + i] += value;
     };
-    const bool has_friction = !mechanism_.friction.empty();
     visit(0, 0, [&](const CoefficientColumns& l, int i, double v) {
       if (l.quantity.kind == Kind::energy || l.quantity.kind == Kind::rate) return;
       add(l.c, i, v);
       add(l.a, i, -v);
-      if (!has_friction) add(l.b, i, -v);
+      if (!has_rate_terms_) add(l.b, i, -v);
     });
     visit(0, 1, [&](const CoefficientColumns& l, int i, double v) { add(l.a, i, v); });
     visit(1, 0, [&](const CoefficientColumns& l, int i, double v) {
-      const bool is_quadratic = !has_friction || l.quantity.kind != Kind::force;
+      const bool is_quadratic = !has_rate_terms_ || l.quantity.kind != Kind::force;
       if (l.quantity.kind == Kind::rate) return add(l.d, i, v);
       if (is_quadratic) return add(l.b, i, v);
       add(l.b, i, v / 2);
       add(l.d, i, -2.5 * v);
       if (l.c >= 0) row[l.c + i] = 3 * v;
     });
-    if (!has_friction) return;
+    if (!has_rate_terms_) return;
     visit(2, 0, [&](const CoefficientColumns& l, int i, double v) {
       if (l.quantity.kind != Kind::force) return;
       add(l.b, i, -v);
@@ -466,6 +470,7 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   Trajectory trajectory_;
   const kinematics::CompiledMotion<S> path_;
   bool all_detail_ = false;
+  bool has_rate_terms_;  ///< friction, or dampers
   std::vector<int> friction_;
   std::vector<double> rate_, acceleration_;
 };

@@ -32,6 +32,7 @@ constexpr int samples_per_harmonic = 8, min_samples = 128;  // of the reference'
 constexpr int coupled_orders = 12;                          // beyond those asked for, where the coefficients vary
 constexpr double direction_step = 0.02;  // of differences along the response, in units: quantities are smooth functions
 constexpr double round_off_share = 1e-13;
+constexpr double unexcited_share = 1e-11;  // of all harmonics of the force: smaller ones are round-off
 
 /// f_k = (1/N) Σ f_j e^{−2πi jk/N}, for k from 0 to `highest`; one row each.
 ComplexMatrix fourier_coefficients(const Samples& samples, int highest) {
@@ -73,9 +74,11 @@ class PeriodicMatrix {
   ComplexMatrix harmonics_;
 };
 
-/// X_k for k from 0 to `highest`, one row each, in units. @return false at an undamped resonance
-bool solve_harmonic_balance(const LinearMotion& motion, const ComplexMatrix& force, double omega, int highest,
-                            ComplexMatrix& response) {
+/// X_k for k from 0 to `highest`, one row each, in units. At an undamped resonance that nothing excites the vibration of
+/// no amplitude is chosen.
+/// @return what an undamped resonance is excited by: a harmonic, or the highest one if they are coupled; none: solved
+std::optional<int> solve_harmonic_balance(const LinearMotion& motion, const ComplexMatrix& force, double omega,
+                                          int highest, ComplexMatrix& response) {
   const Eigen::Index n = motion.free_count;
   const PeriodicMatrix mass(motion, &LinearCoefficients::mass, 2 * highest),
       damping(motion, &LinearCoefficients::damping, 2 * highest),
@@ -87,17 +90,19 @@ bool solve_harmonic_balance(const LinearMotion& motion, const ComplexMatrix& for
            motion.unit.asDiagonal();
   };
   response.setZero(highest + 1, n);
-  const auto is_solvable = [](const Eigen::FullPivLU<ComplexMatrix>& solver) { return solver.isInvertible(); };
   if (motion.samples.empty()) {
+    const double unexcited = unexcited_share * (motion.unit.asDiagonal() * force.transpose()).norm();
     for (int k = 0; k <= highest; ++k) {
-      const Eigen::FullPivLU<ComplexMatrix> solver(block(k, k));
-      const Eigen::VectorXcd right = -(motion.unit.asDiagonal() * force.row(k).transpose());
-      if (is_solvable(solver))
-        response.row(k) = solver.solve(right).transpose();
-      else if (k > 0 && right.norm() > 0)
-        return false;
+      const ComplexMatrix dynamic_stiffness = block(k, k);
+      const Eigen::FullPivLU<ComplexMatrix> solver(dynamic_stiffness);
+      const Eigen::VectorXcd right = -(motion.unit.asDiagonal() * force.row(k).transpose()),
+                             solution = solver.solve(right);
+      if (solver.isInvertible() || (dynamic_stiffness * solution - right).norm() <= unexcited)
+        response.row(k) = solution.transpose();
+      else if (k > 0)
+        return k;
     }
-    return true;
+    return {};
   }
   const int count = 2 * highest + 1;
   ComplexMatrix system(n * count, n * count);
@@ -108,10 +113,10 @@ bool solve_harmonic_balance(const LinearMotion& motion, const ComplexMatrix& for
     for (int k = -highest; k <= highest; ++k) system.block(n * (j + highest), n * (k + highest), n, n) = block(j, k);
   }
   const Eigen::FullPivLU<ComplexMatrix> solver(system);
-  if (!is_solvable(solver)) return false;
+  if (!solver.isInvertible()) return highest;
   const Eigen::VectorXcd all = solver.solve(right);
   for (int k = 0; k <= highest; ++k) response.row(k) = all.segment(n * (k + highest), n).transpose();
-  return true;
+  return {};
 }
 
 /// Σ X_k (ikω)^derivative e^{ikωt} with both signs of k, at evenly spaced times.
@@ -262,6 +267,11 @@ class OrderFit {
   Eigen::Index orders_;
 };
 
+void suppress_round_off(QuantityOrders& quantity) {
+  for (Eigen::Index k = 0; k < quantity.cosine.rows(); ++k)
+    if (quantity.peak(k) <= quantity.round_off) quantity.cosine.row(k).setZero(), quantity.sine.row(k).setZero();
+}
+
 const QuantityOrders* find_quantity(const std::vector<QuantityOrders>& list, const std::string& name) {
   const auto match =
       std::find_if(list.begin(), list.end(), [&](const QuantityOrders& one) { return one.quantity == name; });
@@ -279,7 +289,7 @@ void find_exact_response(const Mechanism& mechanism, Trajectory trajectory, int 
     const results::OrderAnalysis analysis = results::analyse_orders(run, options.highest_order);
     for (const QuantityOrders& linear : response.linear)
       if (const QuantityOrders* exact = find_quantity(analysis.quantities, linear.quantity))
-        response.exact.push_back(*exact);
+        suppress_round_off(response.exact.emplace_back(*exact));
     if (response.exact.size() == response.linear.size()) return;
     response.exact.clear();
     response.exact_outcome = {MotionStatus::unreachable, 0, "a quantity does not repeat", {}};
@@ -303,7 +313,8 @@ double ForcedResponse::difference(Eigen::Index quantity, Eigen::Index order) con
                        &true_orders = exact[static_cast<std::size_t>(quantity)];
   double largest = 0;
   for (Eigen::Index k = 0; k < true_orders.cosine.rows(); ++k) largest = std::max(largest, true_orders.peak(k));
-  return largest > 0 ? std::abs(approximate.peak(order) - true_orders.peak(order)) / largest : 0;
+  if (largest > 0) return std::abs(approximate.peak(order) - true_orders.peak(order)) / largest;
+  return approximate.peak(order) > 0 ? std::numeric_limits<double>::quiet_NaN() : 0;
 }
 
 std::optional<UniformTurning> find_driven_turning(const Mechanism& mechanism, const Trajectory& trajectory) {
@@ -345,8 +356,16 @@ ForcedResponse respond(const Mechanism& mechanism, const Trajectory& trajectory,
   const ComplexMatrix force =
       fourier_coefficients(sample_reference_force(mechanism, trajectory, motion, count), harmonics);
   ComplexMatrix free;
-  if (!solve_harmonic_balance(motion, force, omega, harmonics, free)) {
-    response.outcome = {MotionStatus::unreachable, 0, "an undamped vibration in resonance grows without bounds", {}};
+  if (const std::optional<int> resonant = solve_harmonic_balance(motion, force, omega, harmonics, free)) {
+    const std::string reason = "an undamped vibration in resonance grows without bounds";
+    response.outcome = {MotionStatus::unreachable,
+                        0,
+                        motion.samples.empty()
+                            ? reason + ": order " +
+                                  results::format_order(static_cast<double>(*resonant) / turning.turns) + " of " +
+                                  turning.coordinate + " excites it"
+                            : reason,
+                        {}};
     return response;
   }
   // quantities along the response, linear in it
@@ -382,6 +401,7 @@ ForcedResponse respond(const Mechanism& mechanism, const Trajectory& trajectory,
     fit.fit(free.col(k) * motion.unit[k], of);
     of.mean[0] += motion.position[k];
     of.round_off = round_off_share * motion.unit[k];
+    suppress_round_off(of);
     response.linear.push_back(std::move(of));
   }
   const ComplexMatrix linear_harmonics = fourier_coefficients(linear, harmonics),
@@ -392,8 +412,10 @@ ForcedResponse respond(const Mechanism& mechanism, const Trajectory& trajectory,
     if (entry.orders.quantity == "ground_force") {
       response.excitation = entry.orders;
       fit.fit(held_harmonics.middleCols(entry.first, entry.count), response.excitation);
+      suppress_round_off(response.excitation);
     }
     fit.fit(linear_harmonics.middleCols(entry.first, entry.count), entry.orders);
+    suppress_round_off(entry.orders);
     response.linear.push_back(std::move(entry.orders));
   }
   if (options.is_exact) find_exact_response(mechanism, trajectory, count, options, response);

@@ -36,6 +36,7 @@ constexpr double singular_stiffness = 1e-8;      // smallest pivot of a stiffnes
 constexpr double constant_tolerance = 1e-8;      // of coefficients in units: smaller changes are round-off
 constexpr double steady_force_tolerance = 1e-8;  // of the force scale: a motion at constant rates is one
 constexpr double dependence_tolerance = 1e-9;    // of coefficients in units: smaller ones are round-off
+constexpr double coefficient_round_off = 1e-13;  // of the forces that cancel in a stiffness or damping of zero
 constexpr double max_followed_step = 0.1;        // of driven joints from state to state, in units
 constexpr int samples_per_turn = 64;             // of coefficients that vary
 constexpr std::array<double, 4> probed_fractions{0, 0.137, 0.411, 0.769};  // of a period, for what is constant
@@ -386,6 +387,24 @@ class Linearisation {
     drop_ignored_coordinates(probes);
     result_.coefficients = probes.front();
     if (find_variation(probes) > constant_tolerance) average_over_period();
+    clear_round_off(result_.coefficients);
+    for (LinearCoefficients& at : result_.samples) clear_round_off(at);
+  }
+
+  /// A stiffness that cancels leaves round-off of the forces that cancel: weight, and inertia at the rates.
+  void clear_round_off(LinearCoefficients& at) const {
+    if (!at.stiffness.allFinite() || !at.damping.allFinite()) return;
+    const Mechanism& mechanism = system_->mechanism();
+    double mass = 0;
+    for (const Body& body : mechanism.bodies) mass += std::abs(body.mass);
+    const double size = std::max(find_size(at), mass * mechanism.gravity.norm() * characteristic_length(mechanism)),
+                 smallest = coefficient_round_off * size;
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      for (Eigen::Index k = 0; k < at.stiffness.cols(); ++k)
+        if (std::abs(at.stiffness(i, k)) * unit_[i] * unit_[k] <= smallest) at.stiffness(i, k) = 0;
+      for (Eigen::Index k = 0; k < n_; ++k)
+        if (std::abs(at.damping(i, k)) * unit_[i] * unit_[k] * rate_unit_ <= smallest) at.damping(i, k) = 0;
+    }
   }
 
   void choose_rate_unit() {

@@ -60,8 +60,9 @@ class FigureProblemReader {
     if (!result_.lower.allFinite() || !result_.upper.allFinite()) return "a free number has no bounds";
     if (has_velocity_constraints(mechanism)) return "something rolls, or speeds are constrained";
     if (!space_.start.design.cardinality.empty()) return "elements may be left out";
-    if (has_torque() && (!mechanism.springs.empty() || !mechanism.friction.empty() || !mechanism.loads.empty()))
-      return "springs, friction and loads are not part of its model";
+    if (has_torque() && (!mechanism.springs.empty() || !mechanism.force_elements.empty() ||
+                         !mechanism.friction.empty() || !mechanism.loads.empty()))
+      return "springs, dampers, friction and loads are not part of its model";
     for (const Attachment& attachment : mechanism.attachments)
       if (std::isfinite(attachment.from) || std::isfinite(attachment.until))
         return "a payload is taken up or set down on the way";

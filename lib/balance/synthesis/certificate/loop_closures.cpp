@@ -41,6 +41,7 @@ void check_statics(const MechanismOf<Expression>& mechanism) {
   for (int i = 0; i < 3; ++i)
     if (!mechanism.gravity[i].is_constant()) throw NotPolynomial("gravity is not constant");
   if (!mechanism.springs.empty()) throw NotPolynomial("springs carry a part of the weight");
+  if (!mechanism.force_elements.empty()) throw NotPolynomial("dampers or springs with a table act on it");
   if (!mechanism.loads.empty()) throw NotPolynomial("loads act on it");
   if (!mechanism.friction.empty()) throw NotPolynomial("joints have friction");
 }

@@ -123,6 +123,7 @@ class BaseParameterIdentification {
 Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed) {
   Mechanism without_forces = mechanism;
   without_forces.springs.clear();
+  without_forces.force_elements.clear();
   without_forces.loads.clear();
   without_forces.friction.clear();
   if (has_prescribed_speeds(mechanism)) {

@@ -88,7 +88,7 @@ void ChainBuilder::add_attached_elements() {
   for (std::size_t a = 0; a < whole_.attachments.size(); ++a) add_attachment(static_cast<int>(a));
   for (std::size_t d = 0; d < whole_.discs.size(); ++d) add_disc(static_cast<int>(d));
   for (std::size_t s = 0; s < whole_.springs.size(); ++s) add_spring(static_cast<int>(s));
-  add_loads_and_friction();
+  add_known_terms();
   for (Coupling coupling : whole_.couplings) {
     coupling.follower = to_chain_coordinate(coupling.follower);
     if (coupling.follower >= 0 && map_to_chain(coupling.leader)) m.couplings.push_back(coupling);
@@ -178,7 +178,23 @@ void ChainBuilder::add_disc(int d) {
   }
 }
 
-void ChainBuilder::add_loads_and_friction() {
+/// Moves the ends of a force between points, or the coordinate of one in a joint, to this chain.
+/// @return whether it acts on this chain and on nothing else
+template <class Element>
+bool ChainBuilder::map_ends_to_chain(Element& element) const {
+  if (element.coordinate >= 0) {
+    element.coordinate = to_chain_coordinate(element.coordinate);
+    return element.coordinate >= 0;
+  }
+  if (!has_body(element.first) || !has_body(element.second) ||
+      (!is_chain_body(element.first) && !is_chain_body(element.second)))
+    return false;
+  element.first = chain_body_[static_cast<std::size_t>(element.first)];
+  element.second = chain_body_[static_cast<std::size_t>(element.second)];
+  return true;
+}
+
+void ChainBuilder::add_known_terms() {
   Mechanism& m = chain_.mechanism;
   for (std::size_t l = 0; l < whole_.loads.size(); ++l) {
     Load load = whole_.loads[l];
@@ -196,20 +212,18 @@ void ChainBuilder::add_loads_and_friction() {
     shared_parameters_.push_back(
         {ParameterOwner::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
   }
+  for (std::size_t e = 0; e < whole_.force_elements.size(); ++e) {
+    ForceElement element = whole_.force_elements[e];
+    if (!map_ends_to_chain(element)) continue;
+    m.force_elements.push_back(element);
+    shared_parameters_.push_back(
+        {ParameterOwner::force_element, static_cast<int>(m.force_elements.size()) - 1, static_cast<int>(e)});
+  }
 }
 
 void ChainBuilder::add_spring(int s) {
   Spring spring = whole_.springs[static_cast<std::size_t>(s)];
-  if (spring.is_joint_spring()) {
-    spring.coordinate = to_chain_coordinate(spring.coordinate);
-    if (!spring.is_joint_spring()) return;
-  } else {
-    if (!has_body(spring.first) || !has_body(spring.second) ||
-        (!is_chain_body(spring.first) && !is_chain_body(spring.second)))
-      return;
-    spring.first = chain_body_[static_cast<std::size_t>(spring.first)];
-    spring.second = chain_body_[static_cast<std::size_t>(spring.second)];
-  }
+  if (!map_ends_to_chain(spring)) return;
   chain_.mechanism.springs.push_back(spring);
   const auto index = static_cast<std::size_t>(s);
   chain_.loose_springs.push_back(index < loose_.size() && loose_[index]);

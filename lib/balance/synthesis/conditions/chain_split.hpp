@@ -101,12 +101,14 @@ class ChainBuilder {
   void add_attachment(int attachment);
   void add_disc(int disc);
   void add_spring(int spring);
-  void add_loads_and_friction();
+  void add_known_terms();
   void find_coordinates();
   CoordinateId to_chain_coordinate(CoordinateId coordinate) const {
     return chain_coordinate_[static_cast<std::size_t>(coordinate)];
   }
   bool map_to_chain(model::CoordinateCombination& followed) const;
+  template <class Element>
+  bool map_ends_to_chain(Element& element) const;
   bool is_chain_body(BodyId body) const { return body != model::ground && has_body(body); }
 
   const Mechanism& whole_;

@@ -183,6 +183,8 @@ std::string parameter_latex(const dynamics::Parameter& p) {
                            ? "(t)"
                            : "(" + upright_latex(s.substr(s.find('(') + 1, s.size() - s.find('(') - 2)) + ")");
   }
+  if (p.owner_kind == dynamics::ParameterOwner::force_element)
+    return fmt::format("{}_{{{}}}", p.kind == dynamics::ParameterKind::viscous ? "d" : "F", owner);
   if (p.owner_kind == dynamics::ParameterOwner::friction)
     return fmt::format("{}{}_{{{}}}", p.kind == dynamics::ParameterKind::viscous ? "d" : "c",
                        s == coulomb_forward    ? "^{+}"

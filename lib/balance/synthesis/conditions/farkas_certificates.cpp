@@ -8,6 +8,7 @@
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/foundation/numerics/linear_program.hpp"
+#include "balance/synthesis/conditions/known_terms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -431,7 +432,8 @@ ParameterSign parameter_sign(const Parameter& parameter) {
                                                                     : ParameterSign::not_negative;
     case ParameterKind::stiffness:
     case ParameterKind::viscous:
-    case ParameterKind::coulomb: return ParameterSign::not_negative;
+    case ParameterKind::coulomb:
+    case ParameterKind::tabulated: return ParameterSign::not_negative;
     case ParameterKind::first_moment:
     case ParameterKind::product_of_inertia:
     case ParameterKind::stiffness_moment:
@@ -508,8 +510,7 @@ PseudoInertiaCone::PseudoInertiaCone(const std::vector<Parameter>& parameters) {
       ++last;
     if (first_parameter.kind == ParameterKind::known_term) {
       blocks.push_back({1, true, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
-    } else if (first_parameter.owner_kind == dynamics::ParameterOwner::load ||
-               first_parameter.owner_kind == dynamics::ParameterOwner::friction) {
+    } else if (is_known_term(first_parameter)) {
       for (std::size_t p = first; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
     } else if (first_parameter.owner_kind != dynamics::ParameterOwner::spring) {
       blocks.push_back(inertia_block(parameters, first, last));

@@ -29,6 +29,8 @@ KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const kinemati
       tables_(mechanism.loads.begin(), mechanism.loads.end()) {
   if (const MatrixX changes = load_changes(mechanism, tree.characteristic_length); !changes.isZero(0))
     changes_ = changes;
+  for (const ForceElement& element : mechanism.force_elements)
+    (element.is_damper() ? has_dampers_ : has_tables_) = true;
 }
 
 /// Generalised forces that balance each unit component of each load: minus its power at unit rates of the coordinates.
@@ -62,16 +64,68 @@ MatrixX KnownTermColumns<S>::load_torques(kinematics::TreeState<S>& state) const
 }
 
 template <class S>
-void KnownTermColumns<S>::load_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant,
-                                       MatrixX& changing) const {
+kinematics::FixedFrame<S> place_point(const kinematics::Tree<S>& tree, BodyId body, const Vector3& point) {
+  const kinematics::FixedFrame<S>& frame = tree.bodies[static_cast<std::size_t>(body)];
+  return {frame.node, frame.R_N, frame.p_N + frame.R_N * kinematics::to_vector<S>(point)};
+}
+
+/// Derivatives of the length or the coordinate of every force element (columns) by the tree's coordinates; zero at a
+/// length of zero, which has no direction.
+template <class S>
+MatrixX KnownTermColumns<S>::displacement_gradients(kinematics::TreeState<S>& state) const {
+  MatrixX gradients = MatrixX::Zero(tree_.columns, static_cast<Eigen::Index>(mechanism_.force_elements.size()));
+  for (int c = 0; c < tree_.columns; ++c) {
+    const VectorX unit = VectorX::Unit(tree_.columns, c);
+    compute_velocities(tree_, unit.data(), state);
+    for (std::size_t e = 0; e < mechanism_.force_elements.size(); ++e) {
+      const ForceElement& element = mechanism_.force_elements[e];
+      double& gradient = gradients(c, static_cast<Eigen::Index>(e));
+      if (element.is_in_joint()) {
+        gradient = tree_.coordinate_expressions[static_cast<std::size_t>(element.coordinate)].rate(unit.data());
+        continue;
+      }
+      const auto first = place_point(tree_, element.first, element.point_first),
+                 second = place_point(tree_, element.second, element.point_second);
+      const auto velocity = [&](const kinematics::FixedFrame<S>& frame) {
+        return kinematics::point_velocity<S>(state[static_cast<std::size_t>(frame.node)], frame.p_N);
+      };
+      const typename S::Vector d = kinematics::position(state, second) - kinematics::position(state, first);
+      if (const double length = d.norm(); length > 0) gradient = d.dot(velocity(second) - velocity(first)) / length;
+    }
+  }
+  return gradients;
+}
+
+/// The force that the element's table resists with, at poses and coordinates.
+template <class S>
+double KnownTermColumns<S>::table_force(const ForceElement& element, const VectorX& y,
+                                        const kinematics::TreeState<S>& state) const {
+  const model::ForceLawOf<double> law(element.table);
+  if (element.is_in_joint())
+    return -law.force(tree_.coordinate_expressions[static_cast<std::size_t>(element.coordinate)].value(y.data()));
+  return law.force((kinematics::position(state, place_point(tree_, element.second, element.point_second)) -
+                    kinematics::position(state, place_point(tree_, element.first, element.point_first)))
+                       .norm());
+}
+
+template <class S>
+void KnownTermColumns<S>::static_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant,
+                                         MatrixX& changing) const {
   constant.setZero(tree_.columns, this->size());
   changing.setZero(tree_.columns, has_changes() ? this->size() : 0);
   const MatrixX torque = load_torques(state);
   const MatrixX coupled = has_changes() ? MatrixX(torque * changes_) : MatrixX();
+  const MatrixX gradients = has_tables_ ? displacement_gradients(state) : MatrixX();
   for (std::size_t t = 0; t < terms_.size(); ++t) {
     const dynamics::Parameter& term = terms_[t];
+    const auto column = static_cast<Eigen::Index>(t);
+    if (term.kind == dynamics::ParameterKind::tabulated) {
+      const ForceElement& element = mechanism_.force_elements[static_cast<std::size_t>(term.index)];
+      if (const double largest = model::ForceLawOf<double>(element.table).max_force(); largest > 0)
+        constant.col(column) = gradients.col(term.index) * (table_force(element, y, state) / largest);
+    }
     if (term.owner_kind != dynamics::ParameterOwner::load) continue;
-    const Eigen::Index component = load_component(term, S::dimension == 2), column = static_cast<Eigen::Index>(t);
+    const Eigen::Index component = load_component(term, S::dimension == 2);
     const Load& load = mechanism_.loads[static_cast<std::size_t>(term.index)];
     if (load.is_over_coordinate()) {
       const double q = tree_.coordinate_expressions[static_cast<std::size_t>(load.coordinate)].value(y.data());
@@ -85,10 +139,13 @@ void KnownTermColumns<S>::load_columns(const VectorX& y, kinematics::TreeState<S
 }
 
 template <class S>
-MatrixX KnownTermColumns<S>::friction_columns(const VectorX& dy) const {
+MatrixX KnownTermColumns<S>::friction_columns(const VectorX& dy, kinematics::TreeState<S>& state) const {
   MatrixX torque = MatrixX::Zero(tree_.columns, size());
+  const MatrixX gradients = has_dampers_ ? displacement_gradients(state) : MatrixX();
   for (std::size_t t = 0; t < terms_.size(); ++t) {
     const dynamics::Parameter& term = terms_[t];
+    if (term.owner_kind == dynamics::ParameterOwner::force_element && term.kind == dynamics::ParameterKind::viscous)
+      torque.col(static_cast<Eigen::Index>(t)) = gradients.col(term.index) * gradients.col(term.index).dot(dy);
     if (term.owner_kind != dynamics::ParameterOwner::friction) continue;
     const Friction& friction = mechanism_.friction[static_cast<std::size_t>(term.index)];
     const kinematics::LinearQuantity& source =
@@ -105,8 +162,9 @@ template class KnownTermColumns<kinematics::Spatial>;
 namespace {
 
 /// A parameter's unit without its power of length, for forces in kg times the acceleration.
-double parameter_unit_without_length(dynamics::ParameterOwner owner_kind, double acceleration, double length) {
-  switch (owner_kind) {
+double parameter_unit_without_length(const dynamics::Parameter& parameter, double acceleration, double length) {
+  if (parameter.kind == dynamics::ParameterKind::tabulated) return acceleration;
+  switch (parameter.owner_kind) {
     case dynamics::ParameterOwner::spring: return acceleration / length;
     case dynamics::ParameterOwner::load: return acceleration;
     default: return 1;  // velocity terms are measured at rates of 1/s
@@ -124,9 +182,8 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<dynamic
   if (const double g = mechanism.gravity.norm(); g > 0) acceleration = g;
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
-    parameter[static_cast<Eigen::Index>(p)] =
-        elementary::pow(length, parameters[p].length_power) *
-        parameter_unit_without_length(parameters[p].owner_kind, acceleration, length);
+    parameter[static_cast<Eigen::Index>(p)] = elementary::pow(length, parameters[p].length_power) *
+                                              parameter_unit_without_length(parameters[p], acceleration, length);
 }
 
 void MomentumComponents::add(const Goal& goal) {
@@ -368,18 +425,18 @@ void GoalRows<S>::append_rows(const MatrixX& rows, double unit) {
 template <class S>
 void GoalRows<S>::add_static_efforts(const MatrixX& projection) {
   const bool has_weight = mechanism_.gravity.norm() > 0, has_springs = !mechanism_.springs.empty();
-  if (!has_weight && !has_springs && !known_terms_.has_loads()) return;
+  if (!has_weight && !has_springs && !known_terms_.has_static_terms()) return;
   const VectorX zero_rate = VectorX::Zero(tree_.columns);
   MatrixX torque = MatrixX::Zero(tree_.columns, parameters_), constant, changing;
   if (has_weight) torque.leftCols(inertial_count_) = compute_regressor(zero_rate, zero_rate, true).torque;
   if (has_springs)
     torque.middleCols(inertial_count_, parameters_ - inertial_count_ - known_terms_.size()) = spring_torques();
-  if (known_terms_.has_loads()) {
-    known_terms_.load_columns(y_, state_, constant, changing);
+  if (known_terms_.has_static_terms()) {
+    known_terms_.static_columns(y_, state_, constant, changing);
     torque.rightCols(known_terms_.size()) = constant;
   }
   append_rows(projection * torque, units_.acceleration * units_.length);
-  if (known_terms_.has_loads() && known_terms_.has_changes())
+  if (known_terms_.has_static_terms() && known_terms_.has_changes())
     append_known_rows(projection, changing, units_.acceleration * units_.length);
 }
 
@@ -404,7 +461,7 @@ void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
   add_static_efforts(projection);
   // friction is odd in the velocities, terms of masses are even: neither can compensate for the other
   if ((has_gyroscopic || has_independent) && known_terms_.has_friction())
-    append_known_rows(projection, known_terms_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
+    append_known_rows(projection, known_terms_.friction_columns(scale_.cwiseProduct(probe.velocity), state_), L * L);
   if (has_gyroscopic && speeds_.empty())
     append_rows(projection * compute_regressor(probe.velocity, zero_rate, false).torque, L * L);
   if (has_independent) {

@@ -17,7 +17,7 @@
 
 namespace balance::conditions {
 
-// Generalised forces that loads and friction require at the tree's coordinates, per unit of each known term.
+// Generalised forces that loads, friction, dampers and springs with a table require at the tree's coordinates, per unit of each known term.
 
 /// Changes of all loads' components (columns) since each load's first time, at all times of all tables (rows).
 MatrixX load_histories(const Mechanism& mechanism);
@@ -31,17 +31,21 @@ class KnownTermColumns {
   KnownTermColumns(const Mechanism& mechanism, const kinematics::Tree<S>& tree);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(terms_.size()); }
-  bool has_loads() const { return !mechanism_.loads.empty(); }
+  bool has_static_terms() const { return !mechanism_.loads.empty() || has_tables_; }
   bool has_changes() const { return changes_.size() > 0; }
-  bool has_friction() const { return !mechanism_.friction.empty(); }
+  bool has_friction() const { return !mechanism_.friction.empty() || has_dampers_; }
 
-  /// Columns of the loads' initial values, of loads over a coordinate at these tree coordinates, and, separately, of
-  /// changes over time; overwrites the velocities in `state`.
-  void load_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
-  /// @param dy rates of the tree's coordinates
-  MatrixX friction_columns(const VectorX& dy) const;
+  /// Columns of the loads' initial values, of loads over a coordinate and of tables and, separately, of the
+  /// loads' changes over time; overwrites the
+  /// velocities in `state`.
+  /// @param y tree coordinates of the state
+  void static_columns(const VectorX& y, kinematics::TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
+  /// Overwrites the velocities in `state`. @param dy rates of the tree's coordinates
+  MatrixX friction_columns(const VectorX& dy, kinematics::TreeState<S>& state) const;
 
  private:
+  MatrixX displacement_gradients(kinematics::TreeState<S>& state) const;
+  double table_force(const ForceElement& element, const VectorX& y, const kinematics::TreeState<S>& state) const;
   MatrixX load_torques(kinematics::TreeState<S>& state) const;
 
   const Mechanism& mechanism_;
@@ -49,6 +53,7 @@ class KnownTermColumns {
   std::vector<dynamics::Parameter> terms_;
   std::vector<model::LoadTable<double>> tables_;  ///< per load
   MatrixX changes_;                               ///< load_changes, if any load changes
+  bool has_tables_ = false, has_dampers_ = false;
 };
 
 extern template class KnownTermColumns<kinematics::Planar>;

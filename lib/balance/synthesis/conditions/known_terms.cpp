@@ -44,7 +44,14 @@ VectorX peak_components(const Load& load, int size) {
   return peak;
 }
 
+std::string section_of(const ForceElement& element) { return element.is_damper() ? "dampers" : "springs"; }
+
+double known_value(const ForceElement& element) {
+  return element.is_damper() ? element.damping : model::ForceLawOf<double>(element.table).max_force();
+}
+
 std::string owner_of(const Mechanism& mechanism, ParameterOwner owner_kind, std::size_t index) {
+  if (owner_kind == ParameterOwner::force_element) return mechanism.force_elements[index].name;
   return owner_kind == ParameterOwner::load
              ? mechanism.loads[index].name
              : mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[index].coordinate)].name;
@@ -116,7 +123,8 @@ double friction_resistance(const Parameter& term, double rate) {
 }
 
 bool is_known_term(const Parameter& parameter) {
-  return parameter.owner_kind == ParameterOwner::load || parameter.owner_kind == ParameterOwner::friction;
+  return parameter.owner_kind == ParameterOwner::load || parameter.owner_kind == ParameterOwner::friction ||
+         parameter.owner_kind == ParameterOwner::force_element;
 }
 
 bool is_load_change(const Parameter& parameter) {
@@ -132,7 +140,11 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
   const auto add_term = [&](ParameterOwner owner_kind, std::size_t index, const std::string& symbol,
                             dynamics::ParameterKind kind, int power) {
     std::string owner = owner_of(mechanism, owner_kind, index);
-    if (other_names.count(owner) > 0) owner = (owner_kind == ParameterOwner::load ? "loads." : "friction.") + owner;
+    if (other_names.count(owner) > 0)
+      owner = (owner_kind == ParameterOwner::load       ? "loads"
+               : owner_kind == ParameterOwner::friction ? "friction"
+                                                        : section_of(mechanism.force_elements[index])) +
+              "." + owner;
     const int slot =
         terms.empty() || terms.back().owner_kind != owner_kind || terms.back().index != static_cast<int>(index)
             ? 0
@@ -155,6 +167,14 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
                                   ? std::vector<const char*>{coulomb_forward, coulomb_backward}
                                   : std::vector<const char*>{"coulomb"})
       add_term(ParameterOwner::friction, f, symbol, dynamics::ParameterKind::coulomb, is_angle ? 2 : 1);
+  }
+  for (std::size_t e = 0; e < mechanism.force_elements.size(); ++e) {
+    const ForceElement& element = mechanism.force_elements[e];
+    const bool is_couple = element.is_in_joint() && !is_length_coordinate(mechanism, element.coordinate);
+    if (element.is_damper())
+      add_term(ParameterOwner::force_element, e, "damping", dynamics::ParameterKind::viscous, 0);
+    else
+      add_term(ParameterOwner::force_element, e, "table", dynamics::ParameterKind::tabulated, is_couple ? 1 : 0);
   }
   return terms;
 }
@@ -182,6 +202,7 @@ VectorX known_term_values(const Mechanism& mechanism) {
     values.insert(values.end(), {friction.viscous, friction.coulomb});
     if (friction.coulomb_backward) values.push_back(*friction.coulomb_backward);
   }
+  for (const ForceElement& element : mechanism.force_elements) values.push_back(known_value(element));
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
@@ -240,6 +261,10 @@ bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::v
     case ParameterOwner::spring: section = "springs", name = mechanism.springs[index].name; break;
     case ParameterOwner::load: section = "loads", name = mechanism.loads[index].name; break;
     case ParameterOwner::friction: section = "friction", name = owner_of(mechanism, term.owner_kind, index); break;
+    case ParameterOwner::force_element:
+      section = section_of(mechanism.force_elements[index]);
+      name = mechanism.force_elements[index].name;
+      break;
   }
   return std::any_of(names.begin(), names.end(), [&](const std::string& excluded) {
     return excluded == section || excluded == name || excluded == section + "." + name;
@@ -247,7 +272,7 @@ bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::v
 }
 
 std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
-  std::vector<std::string> names = {"friction", "loads", "springs", "payloads", "counterweights", "discs"};
+  std::vector<std::string> names = {"friction", "loads", "springs", "dampers", "payloads", "counterweights", "discs"};
   const auto add = [&](const std::string& section, const std::string& name) {
     for (const std::string& candidate : {name, section + "." + name})
       if (std::find(names.begin(), names.end(), candidate) == names.end()) names.push_back(candidate);
@@ -256,6 +281,7 @@ std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
     add("friction", owner_of(mechanism, ParameterOwner::friction, f));
   for (const Load& load : mechanism.loads) add("loads", load.name);
   for (const Spring& spring : mechanism.springs) add("springs", spring.name);
+  for (const ForceElement& element : mechanism.force_elements) add(section_of(element), element.name);
   for (const Attachment& a : mechanism.attachments)
     add(a.kind == AttachmentKind::payload ? "payloads" : "counterweights", a.name);
   for (const Disc& disc : mechanism.discs) add("discs", disc.name);

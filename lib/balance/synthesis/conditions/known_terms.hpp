@@ -1,10 +1,11 @@
 #pragma once
-/// Loads and friction act on a mechanism, but are not parameters of its design: columns of conditions with known
-/// values.
+/// Loads, friction, dampers and springs with a table act on a mechanism, but are not parameters of its design: columns
+/// of conditions with known values.
 ///
 /// A load has one term per component of its force and moment, whose value is the one at the table's first time (or the
 /// constant one). With a table, it has another term per component for the changes, whose value is the largest change.
-/// Friction has a viscous and a dry term, or one dry term per direction.
+/// Friction has a viscous and a dry term, or one dry term per direction. A damper has its damping, a spring with a table
+/// its largest force.
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/mechanics/model/load_table.hpp"
@@ -27,7 +28,7 @@ double relative_load(const model::LoadTable<double>& table, const dynamics::Para
 /// Whether a known term stands for the changes of a load over time.
 bool is_load_change(const dynamics::Parameter& parameter);
 
-/// Loads, then friction, in the mechanism's order; their number is the same for all mechanisms of the same structure.
+/// Loads, then friction, then dampers and springs with a table, in the mechanism's order; their number is the same for all mechanisms of the same structure.
 std::vector<dynamics::Parameter> list_known_terms(const Mechanism& mechanism);
 /// Their values [SI], in the same order.
 VectorX known_term_values(const Mechanism& mechanism);
@@ -42,8 +43,8 @@ VectorX term_values(const Mechanism& mechanism, const dynamics::FreeSprings& loo
 /// @param length relates moments to forces [m]
 MatrixX load_changes(const Mechanism& mechanism, double length);
 
-/// Whether `names` exclude a term: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`, `discs`),
-/// the elements in them, or both joined by a dot; a joint coordinate stands for its friction.
+/// Whether `names` exclude a term: sections (`friction`, `loads`, `springs`, `dampers`, `payloads`, `counterweights`,
+/// `discs`), the elements in them, or both joined by a dot; a joint coordinate stands for its friction.
 bool is_excluded(const Mechanism& mechanism, const dynamics::Parameter& term, const std::vector<std::string>& names);
 /// All names of a mechanism that can be excluded.
 std::vector<std::string> list_excludable_names(const Mechanism& mechanism);

@@ -54,7 +54,8 @@ int pivot_priority(ParameterKind kind) {
     case ParameterKind::force:
     case ParameterKind::couple:
     case ParameterKind::viscous:
-    case ParameterKind::coulomb: return 3;
+    case ParameterKind::coulomb:
+    case ParameterKind::tabulated: return 3;
     default: return 0;
   }
 }

@@ -44,6 +44,7 @@ std::string element_name(const Mechanism& mechanism, ParameterOwner owner_kind, 
   const auto i = static_cast<std::size_t>(index);
   if (owner_kind == ParameterOwner::spring) return mechanism.springs[i].name;
   if (owner_kind == ParameterOwner::load) return mechanism.loads[i].name;
+  if (owner_kind == ParameterOwner::force_element) return mechanism.force_elements[i].name;
   return mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[i].coordinate)].name;
 }
 
@@ -266,6 +267,11 @@ std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& 
   return elements;
 }
 
+bool is_damper(const UnbalanceableElement& element, const std::vector<dynamics::Parameter>& terms) {
+  return element.bearer == ParameterOwner::force_element && !element.terms.empty() &&
+         terms[static_cast<std::size_t>(element.terms.front())].kind == dynamics::ParameterKind::viscous;
+}
+
 std::string unbalanceable_element_text(const UnbalanceableElement& remainder, const Conditions& conditions,
                                        const VectorX& values) {
   std::string constant, changing;
@@ -283,12 +289,15 @@ std::string unbalanceable_element_text(const UnbalanceableElement& remainder, co
                             : term.symbol == coulomb_forward              ? " dry forwards"
                             : term.symbol == coulomb_backward             ? " dry backwards"
                                                                           : " dry");
+    else if (term.kind == dynamics::ParameterKind::tabulated)
+      constant += "a table up to " + number;
     else
       constant += term.symbol + (term.symbol.ends_with(')') ? " up to " : " = ") + number;
   }
-  const char* kind = remainder.bearer == ParameterOwner::friction ? "friction in "
-                     : remainder.bearer == ParameterOwner::spring ? "spring "
-                                                                  : "load ";
+  const char* kind = remainder.bearer == ParameterOwner::friction  ? "friction in "
+                     : remainder.bearer == ParameterOwner::load    ? "load "
+                     : is_damper(remainder, conditions.parameters) ? "damper "
+                                                                   : "spring ";
   std::string text = kind + remainder.name;
   if (!changing.empty()) text += ", which changes over time (" + changing + ")";
   if (!constant.empty()) text += (changing.empty() ? " (" : ", and its ") + constant + (changing.empty() ? ")" : "");
@@ -298,7 +307,7 @@ std::string unbalanceable_element_text(const UnbalanceableElement& remainder, co
 std::vector<PeakEffort> find_peak_static_efforts(const Mechanism& mechanism, const Conditions& conditions,
                                                  const UnbalanceableElement& remainder,
                                                  const ConditionOptions& options) {
-  if (remainder.bearer == ParameterOwner::friction) return {};
+  if (remainder.bearer == ParameterOwner::friction || is_damper(remainder, conditions.parameters)) return {};
   return kinematics::dispatch_space(
       mechanism.space, [&]<class S>(S) { return find_static_efforts<S>(mechanism, conditions, remainder, options); });
 }

@@ -11,7 +11,7 @@ namespace balance::conditions {
 
 /// One element that remains unbalanced, and why.
 struct UnbalanceableElement {
-  dynamics::ParameterOwner bearer = dynamics::ParameterOwner::load;  ///< load, friction or spring
+  dynamics::ParameterOwner bearer = dynamics::ParameterOwner::load;  ///< load, friction, spring or force element
   int index = 0;                                                     ///< in the mechanism's list
   std::string name;                                                  ///< "push"; for friction, the joint coordinate
   std::vector<int> terms;                                            ///< columns of the conditions that remain
@@ -23,6 +23,9 @@ struct UnbalanceableElement {
 /// @param tolerance of scaled residuals
 std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& conditions, const VectorX& values,
                                                               const Mechanism& mechanism, double tolerance);
+
+/// Whether it is a damper between points. @param terms those of its conditions
+bool is_damper(const UnbalanceableElement& element, const std::vector<dynamics::Parameter>& terms);
 
 /// "friction in R1 (0.5 N m s viscous, 0.2 N m dry)", "load push (m = 2 N m)", "changes of load push over time (fy)".
 std::string unbalanceable_element_text(const UnbalanceableElement& remainder, const Conditions& conditions,

@@ -55,19 +55,26 @@ class CaseConditions {
     return {begin, begin + static_cast<std::ptrdiff_t>(size)};
   }
 
+  /// Terms of all loads come before those of all friction, and these before those of all force elements.
+  std::vector<bool> variable_terms_of(const std::vector<dynamics::Parameter>& known, std::size_t k) const {
+    std::vector<bool> variable;
+    if (options_.variable_terms.empty()) return variable;
+    auto begin = options_.variable_terms.begin();
+    for (const ParameterOwner owner : {ParameterOwner::load, ParameterOwner::friction, ParameterOwner::force_element}) {
+      const auto count = static_cast<std::size_t>(
+          std::count_if(known.begin(), known.end(), [&](const auto& term) { return term.owner_kind == owner; }));
+      const auto end = begin + static_cast<std::ptrdiff_t>(count * case_count_);
+      const std::vector<bool> slice = slice_of({begin, end}, count, k);
+      variable.insert(variable.end(), slice.begin(), slice.end());
+      begin = end;
+    }
+    return variable;
+  }
+
   Conditions derive(const Mechanism& part, std::size_t k) const {
     ConditionOptions options = options_;
     options.loose_springs = slice_of(options_.loose_springs, part.springs.size(), k);
-    // Terms of all loads come before those of all friction.
-    const std::vector<dynamics::Parameter> known = conditions::list_known_terms(part);
-    const auto loads = static_cast<std::size_t>(std::count_if(
-        known.begin(), known.end(), [](const auto& term) { return term.owner_kind == ParameterOwner::load; }));
-    if (!options_.variable_terms.empty()) {
-      const auto split = options_.variable_terms.begin() + static_cast<std::ptrdiff_t>(loads * case_count_);
-      options.variable_terms = slice_of({options_.variable_terms.begin(), split}, loads, k);
-      const std::vector<bool> friction = slice_of({split, options_.variable_terms.end()}, known.size() - loads, k);
-      options.variable_terms.insert(options.variable_terms.end(), friction.begin(), friction.end());
-    }
+    options.variable_terms = variable_terms_of(conditions::list_known_terms(part), k);
     return is_modular_ ? conditions::derive_modular_conditions(part, out_.goals, options)
                        : conditions::derive_conditions(part, out_.goals, options);
   }
@@ -128,8 +135,9 @@ std::vector<std::vector<int>> list_case_columns(const std::vector<std::vector<dy
   std::vector<std::vector<int>> columns(terms.size());
   for (std::size_t k = 0; k < terms.size(); ++k) columns[k].resize(terms[k].size());
   int next = 0;
-  for (const ParameterOwner owner : {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc,
-                                     ParameterOwner::spring, ParameterOwner::load, ParameterOwner::friction})
+  for (const ParameterOwner owner :
+       {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc, ParameterOwner::spring,
+        ParameterOwner::load, ParameterOwner::friction, ParameterOwner::force_element})
     for (std::size_t k = 0; k < terms.size(); ++k)
       for (std::size_t p = 0; p < terms[k].size(); ++p)
         if (terms[k][p].owner_kind == owner) columns[k][p] = next++;

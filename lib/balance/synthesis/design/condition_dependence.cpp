@@ -51,6 +51,12 @@ bool has_same_geometry(const Mechanism& a, const Mechanism& b) {
     if (p.point_first != q.point_first || p.point_second != q.point_second || p.free_length != q.free_length)
       return false;
   }
+  for (std::size_t e = 0; e < a.force_elements.size(); ++e) {
+    const ForceElement &p = a.force_elements[e], &q = b.force_elements[e];
+    if (p.point_first != q.point_first || p.point_second != q.point_second ||
+        p.table.displacement != q.table.displacement || p.table.force != q.table.force)
+      return false;
+  }
   for (std::size_t l = 0; l < a.loads.size(); ++l)
     if (a.loads[l].point != b.loads[l].point) return false;
   return !a.tool || a.tool->position == b.tool->position;

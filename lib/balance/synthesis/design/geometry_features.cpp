@@ -105,6 +105,12 @@ VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings
     all.add(spring.point_second);
   }
   for (const Load& load : mechanism.loads) all.add(load.point);
+  for (const ForceElement& element : mechanism.force_elements) {
+    all.add(element.point_first);
+    all.add(element.point_second);
+    for (const auto* numbers : {&element.table.displacement, &element.table.force})
+      for (const double number : *numbers) all.add(number);
+  }
   if (mechanism.tool) all.add(mechanism.tool->position);
   if (mechanism.torque_distribution)  // the efforts are not linear in its numbers
     for (const model::EffortShare& share : mechanism.torque_distribution->shares) {

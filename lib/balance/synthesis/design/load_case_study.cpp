@@ -277,6 +277,12 @@ double static_effort_round_off(const Mechanism& mechanism) {
         mechanism.coordinates[static_cast<std::size_t>(spring.coordinate)].kind == CoordinateKind::angle;
     force += is_torsion_spring ? spring.stiffness / length : spring.stiffness * length;
   }
+  for (const ForceElement& element : mechanism.force_elements) {
+    if (element.is_damper()) continue;
+    const double largest = model::ForceLawOf<double>(element.table).max_force();
+    const bool is_moment = element.is_in_joint() && !is_length_coordinate(mechanism, element.coordinate);
+    force += is_moment ? largest / length : largest;
+  }
   return static_effort_tolerance * force * length;
 }
 
@@ -364,6 +370,7 @@ Mechanism label_elements(Mechanism mechanism, std::size_t k) {
   label(mechanism.discs, 0);
   label(mechanism.loads, 0);
   label(mechanism.springs, 0);
+  label(mechanism.force_elements, 0);
   return mechanism;
 }
 

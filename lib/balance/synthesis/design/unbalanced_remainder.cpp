@@ -26,7 +26,11 @@ std::optional<Mechanism> remove_element(const Mechanism& mechanism, const condit
     if (!conditions::is_load_change(term) && !conditions.matrix.col(t).head(conditions.parameter_rows()).isZero(0))
       continue;
     changed = true;
-    if (term.owner_kind == dynamics::ParameterOwner::friction) {
+    if (term.owner_kind == dynamics::ParameterOwner::force_element) {
+      ForceElement& element = reduced_mechanism.force_elements[i];
+      element.damping = 0;
+      std::fill(element.table.force.begin(), element.table.force.end(), 0.0);
+    } else if (term.owner_kind == dynamics::ParameterOwner::friction) {
       conditions::friction_coefficient(reduced_mechanism.friction[i], term) = 0;
     } else if (conditions::is_load_change(term)) {
       reduced_mechanism.loads[i].arguments.clear();

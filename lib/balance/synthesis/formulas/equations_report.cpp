@@ -90,6 +90,11 @@ EquationScales compute_equation_scales(const Mechanism& mechanism) {
     scales.spring_moment += std::abs(spring.stiffness) * (is_angle ? 1 : length * std::max(length, spring.free_length));
     scales.spring_moment += std::abs(spring.preload) * (is_angle ? 1 : length);
   }
+  for (const ForceElement& element : mechanism.force_elements)
+    if (!element.is_damper()) {
+      const bool is_moment = element.is_in_joint() && !is_length_coordinate(mechanism, element.coordinate);
+      scales.spring_moment += model::ForceLawOf<double>(element.table).max_force() * (is_moment ? 1 : length);
+    }
   for (const Load& load : mechanism.loads)
     for (std::size_t k = 0; k < load.force.size(); ++k)
       scales.load_moment += load.force[k].norm() * length + load.moment[k].norm();

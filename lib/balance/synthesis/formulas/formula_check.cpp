@@ -140,6 +140,7 @@ class EngineComparison {
   static Mechanism remove_unmodelled(const FormulaSheet& sheet, Mechanism mechanism) {
     mechanism.friction.clear();
     mechanism.loads.clear();
+    mechanism.force_elements.clear();
     mechanism.constraints.clear();
     for (Joint& joint : mechanism.joints) joint.slips = true;
     const InverseDynamics chosen(mechanism, engine_options(sheet, mechanism));
@@ -317,7 +318,9 @@ class EngineComparison {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (!found || !plain || found.value.independent != s.independent) return infinity;
     MatrixX rows = found.value.rows(found.value.independent, Eigen::all);
+    // speeds have different units, and some coordinates move them little
     for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+    for (Eigen::Index c = 0; c < rows.cols(); ++c) rows.col(c).stableNormalize();
     const VectorX values = numerics::singular_values(rows);
     if (values[values.size() - 1] < min_pose_regularity * values[0]) return infinity;
     const dynamics::IndependentTerms& engine = found.value.speed_equations;
@@ -545,8 +548,9 @@ int compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<st
 }  // namespace
 
 FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
-                                  const Mechanism& mechanism, const FormulaCheckOptions& options) {
+                                  const Mechanism& spec_mechanism, const FormulaCheckOptions& options) {
   FormulaCheck check;
+  const Mechanism mechanism = attach_payloads(spec_mechanism);
   EngineComparison comparison(sheet, texts, mechanism, options.seed);
   const ParameterSampler sampler(*sheet.ring, *sheet.equations.tree.model);
   const bool has_other_numbers = options.with_perturbed_parameters && sampler.has_parameters();

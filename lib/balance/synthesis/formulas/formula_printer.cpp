@@ -275,11 +275,10 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
     negative = only.coefficient.sign() < 0;
     return term(key.monomial * only.monomial, only.coefficient, key.wave != 0 ? key.wave : only.wave);
   }
-  const bool has_trivial_key = key.monomial.is_one() && key.wave == 0;
-  negative = !has_trivial_key && is_minus_taken_out(rest);
-  if (has_trivial_key) return format(rest, depth + 1);
-  // a number that all terms share belongs in front of the key: 2 m (a + b), not m 2 (a + b)
+  if (key.monomial.is_one() && key.wave == 0) return format(rest, depth + 1);
   Term content = content_of(rest);
+  negative = is_minus_taken_out(divided_by(rest, content));
+  // a number that all terms share belongs in front of the key: 2 m (a + b), not m 2 (a + b)
   if (const Rational smallest = smallest_common_factor(rest);
       content.coefficient == Rational(1) && !content.monomial.is_one() && smallest.sign() != 0)
     content.coefficient = smallest;

@@ -467,7 +467,8 @@ void add_independent_equations(const SheetOptions& options, FormulaSheet& sheet,
   if (sheet.independent.empty()) {
     for (const SheetSectionKind kind : requested)
       sheet.notes.push_back("no " + sheet_section_names()[static_cast<std::size_t>(kind)] +
-                            ": there is no numerical result in " + names + " to check it with");
+                            (names.empty() ? ": the mechanism cannot move"
+                                           : ": there is no numerical result in " + names + " to check it with"));
     return;
   }
   try {
@@ -528,7 +529,9 @@ void add_missing_notes(const SheetOptions& options, FormulaSheet& sheet) {
 
 }  // namespace
 
-FormulaSheet make_sheet(const Mechanism& mechanism, const study::SpecNumberTexts& texts, const SheetOptions& options) {
+FormulaSheet make_sheet(const Mechanism& spec_mechanism, const study::SpecNumberTexts& texts,
+                        const SheetOptions& options) {
+  const Mechanism mechanism = attach_payloads(spec_mechanism);
   FormulaSheet sheet;
   sheet.ring = std::make_unique<Ring>();
   const bool has_regressor =

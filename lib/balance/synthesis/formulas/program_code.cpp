@@ -432,8 +432,9 @@ void assign_values(ProgramInterpreter& program, const Ring& numbers) {
 
 }  // namespace
 
-std::string generate_program(const Mechanism& mechanism, const study::SpecNumberTexts& texts, Language language,
+std::string generate_program(const Mechanism& spec_mechanism, const study::SpecNumberTexts& texts, Language language,
                              CodeSize* size, const ProgramOptions& options) {
+  const Mechanism mechanism = attach_payloads(spec_mechanism);
   Ring ring;
   std::vector<int> needed;
   for (const CoordinateId c : find_coordinates(mechanism, options.independent)) needed.push_back(c);
@@ -502,6 +503,7 @@ Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree, const std:
     if (edge.split) split_body(mechanism, edge);
   mechanism.friction.clear();
   mechanism.loads.clear();
+  mechanism.force_elements.clear();
   mechanism.constraints.clear();
   for (Joint& joint : mechanism.joints) joint.slips = true;
   mechanism.assembly.clear();
@@ -631,6 +633,7 @@ constexpr double min_start_regularity = 2e-3;
 Mechanism remove_unmodelled_forces(Mechanism mechanism) {
   mechanism.friction.clear();
   mechanism.loads.clear();
+  mechanism.force_elements.clear();
   return mechanism;
 }
 

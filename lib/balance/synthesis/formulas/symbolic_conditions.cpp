@@ -153,7 +153,8 @@ bool is_open_chain(const Mechanism& mechanism) {
 
 bool has_symbolic_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals) {
   const bool is_open = is_open_chain(mechanism);
-  const bool has_known_terms = !mechanism.loads.empty() || !mechanism.friction.empty();
+  const bool has_known_terms =
+      !mechanism.loads.empty() || !mechanism.friction.empty() || !mechanism.force_elements.empty();
   return is_open && !has_known_terms && std::all_of(goals.begin(), goals.end(), [&](const Goal& goal) {
            const bool is_actuated =
                mechanism.actuators.size() + mechanism.couplings.size() == mechanism.coordinates.size();
@@ -195,10 +196,10 @@ class ConditionConverter {
         const double value = conditions_.matrix(row, static_cast<Eigen::Index>(p));
         if (value == 0) continue;
         const dynamics::Parameter& parameter = conditions_.parameters[p];
-        if (parameter.owner_kind == dynamics::ParameterOwner::load ||
-            parameter.owner_kind == dynamics::ParameterOwner::friction)
+        if (conditions::is_known_term(parameter))
           throw FormulaError(
-              "the conditions contain loads or friction, which have no symbols: --without excludes them");
+              "the conditions contain loads, friction, dampers or springs with a table, which have no symbols: "
+              "--without excludes them");
         const Polynomial quantity = parameter_polynomial(parameter);
         if (!quantity.is_zero()) sum += coefficient(row, static_cast<int>(p), value) * quantity;
       }

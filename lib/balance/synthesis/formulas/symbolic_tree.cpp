@@ -1,6 +1,7 @@
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/mechanics/model/topology.hpp"
 #include "balance/synthesis/formulas/mechanism_symbols.hpp"
 
@@ -101,8 +102,13 @@ std::vector<double> ParametricModel::evaluate_nodes(const std::vector<double>& i
   return evaluate(graph_, inputs, expression::ScalarAlgebra<double>());
 }
 
+Mechanism attach_payloads(const Mechanism& mechanism) {
+  return mechanism_in_interval(mechanism, model::PayloadIntervals(), 0);
+}
+
 Mechanism ParametricModel::build_mechanism(const std::vector<double>& nodes) const {
-  return model::convert_mechanism<double>(mechanism_, [&](const Expression& x) { return node_value(x, nodes); });
+  return attach_payloads(
+      model::convert_mechanism<double>(mechanism_, [&](const Expression& x) { return node_value(x, nodes); }));
 }
 
 double ParametricModel::perturbed_value(const Expression& x) const {
@@ -160,6 +166,8 @@ std::vector<FixedRotation> decompose_fixed_rotation(const Matrix3& R) {
 
 Expression hypotenuse(const Expression& a, const Expression& b) { return sqrt(a * a + b * b); }
 
+bool is_constant_zero(const Expression& x) { return x.is_constant() && x.value() == 0; }
+
 /// Removes rotations that are the identity for all numbers.
 std::vector<FixedRotation> remove_identity_rotations(std::vector<FixedRotation> rotations) {
   std::erase_if(rotations, [](const FixedRotation& rotation) {
@@ -172,11 +180,15 @@ std::vector<FixedRotation> remove_identity_rotations(std::vector<FixedRotation> 
 
 Alignment find_alignment(const Vector3E& u) {
   if (is_constant(u)) return find_fixed_alignment(to_values(u));
+  if (is_constant_zero(u.z())) return {remove_identity_rotations({{2, atan2(u.y(), u.x())}}), 0, 1};
   return {remove_identity_rotations({{2, atan2(u.y(), u.x())}, {1, atan2(u.z(), hypotenuse(u.x(), u.y())), -1}}), 0, 1};
 }
 
 std::vector<FixedRotation> decompose_rotation(const Matrix3E& R) {
   if (is_constant(R)) return decompose_fixed_rotation(to_values(R));
+  if (is_constant_zero(R(2, 0)) && is_constant_zero(R(2, 1)) &&
+      is_constant_zero(R(2, 2) - 1))  // about z, as everything in the plane
+    return remove_identity_rotations({{2, atan2(R(1, 0), R(0, 0))}});
   return remove_identity_rotations({{2, atan2(R(1, 0), R(0, 0))},
                                     {1, atan2(R(2, 0), hypotenuse(R(0, 0), R(1, 0))), -1},
                                     {0, atan2(R(2, 1), R(2, 2))}});
@@ -349,6 +361,11 @@ class SymbolicTreeBuilder {
     if (has_natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, symbols_);
     if (!mechanism_.friction.empty()) tree_.excluded_terms.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.excluded_terms.emplace_back("loads");
+    const auto is_damper = [](const ForceElement& element) { return element.is_damper(); };
+    const std::vector<ForceElement>& elements = mechanism_.force_elements;
+    if (std::any_of(elements.begin(), elements.end(), is_damper)) tree_.excluded_terms.emplace_back("dampers");
+    if (!std::all_of(elements.begin(), elements.end(), is_damper))
+      tree_.excluded_terms.emplace_back("springs with a table");
     return std::move(tree_);
   }
 

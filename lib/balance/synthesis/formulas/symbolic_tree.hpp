@@ -30,6 +30,9 @@ bool is_constant(const Matrix3E& m);
 Vector3 to_values(const Vector3E& v);
 Matrix3 to_values(const Matrix3E& m);
 
+/// With all payloads at all times: formulas have those that come and go, too.
+Mechanism attach_payloads(const Mechanism& mechanism);
+
 /// Symbols hold expressions over its graph, so it can be neither copied nor moved.
 class ParametricModel {
  public:
@@ -47,6 +50,7 @@ class ParametricModel {
   static double node_value(const Expression& x, const std::vector<double>& nodes) {
     return x.is_constant() ? x.value() : nodes[static_cast<std::size_t>(x.node())];
   }
+  /// With all payloads at all times.
   Mechanism build_mechanism(const std::vector<double>& nodes) const;
 
   /// The value with every input perturbed. Numbers that agree both here and at the spec's values are identical.

@@ -20,6 +20,38 @@ void distribute_force(const AffineForm& point, Complex force, std::vector<Comple
 
 }  // namespace
 
+TableReader::TableReader(const model::ForceTableOf<double>& table) : table_(table) {
+  if (table.is_empty() || table.interpolation == model::TableInterpolation::linear) return;
+  const Samples values = VectorX::Map(table.force.data(), static_cast<Eigen::Index>(table.force.size()));
+  spline_.emplace(table.displacement, values, numerics::SplineEnd::not_a_knot);
+}
+
+double TableReader::force(double displacement) const {
+  const std::vector<double>&x = table_.displacement, &f = table_.force;
+  const double at = std::clamp(displacement, x.front(), x.back());
+  if (spline_) {
+    VectorX value(1), first(1), second(1);
+    spline_->at(at, value, first, second);
+    return value[0];
+  }
+  std::size_t k = 1;
+  while (k + 1 < x.size() && x[k] < at) ++k;
+  return ((x[k] - at) * f[k - 1] + (at - x[k - 1]) * f[k]) / (x[k] - x[k - 1]);
+}
+
+/// Simpson's rule, which is exact for cubics, from row to row.
+double TableReader::energy(double displacement) const {
+  const std::vector<double>& x = table_.displacement;
+  const auto integrate = [&](double from, double to) {
+    return (to - from) * (force(from) + 4 * force((from + to) / 2) + force(to)) / 6;
+  };
+  if (displacement < x.front()) return integrate(x.front(), displacement);
+  double sum = 0;
+  for (std::size_t k = 1; k < x.size() && x[k - 1] < displacement; ++k)
+    sum += integrate(x[k - 1], std::min(x[k], displacement));
+  return displacement > x.back() ? sum + integrate(x.back(), displacement) : sum;
+}
+
 AppliedForces::AppliedForces(const Mechanism& mechanism, const NaturalModel& model)
     : model_(model), gravity_(to_complex(mechanism.gravity, model.length())) {
   const auto make_point_form = [&](BodyId body, const Vector3& point) {
@@ -39,10 +71,18 @@ AppliedForces::AppliedForces(const Mechanism& mechanism, const NaturalModel& mod
       springs_.push_back(
           {make_point_form(spring.second, spring.point_second) - make_point_form(spring.first, spring.point_first),
            spring.stiffness, spring.free_length / L});
+  for (const ForceElement& element : mechanism.force_elements)
+    if (element.is_in_joint())
+      joint_tables_.push_back(
+          {model.coordinates[static_cast<std::size_t>(element.coordinate)].form, TableReader(element.table)});
+    else
+      point_elements_.push_back(
+          {make_point_form(element.second, element.point_second) - make_point_form(element.first, element.point_first),
+           &element, TableReader(element.table)});
 }
 
-NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, double time,
-                                        std::vector<Complex>& forces) const {
+NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, const NaturalCoordinates& velocity,
+                                        double time, std::vector<Complex>& forces) const {
   const std::vector<Complex> weights = multiply_by_mass(model_, std::vector<Complex>(forces.size(), gravity_));
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += weights[k];
   NaturalWrench total;
@@ -69,6 +109,16 @@ NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, doub
                                                             : 0;
     distribute_force(spring.vector, -force_per_length * spring_vector, forces);
   }
+  for (const PointElement& placed : point_elements_) {
+    const Complex vector = placed.vector.at(position);
+    const double length = std::abs(vector);
+    if (!(length > 0)) continue;
+    const Complex direction = vector / length;
+    const double tension = placed.element->is_damper()
+                               ? placed.element->damping * dot(direction, placed.vector.rate(velocity))
+                               : placed.table.force(L * length) / L;
+    distribute_force(placed.vector, -tension * direction, forces);
+  }
   return total;
 }
 
@@ -76,6 +126,11 @@ void AppliedForces::add_joint_springs(const NaturalCoordinates& position, double
   for (const JointSpring& spring : joint_springs_) {
     const double spring_force = spring.preload - spring.stiffness * spring.coordinate.at(position.scalars);
     for (const ScalarTerm& term : spring.coordinate.terms) scalars[term.scalar] += term.coefficient * spring_force;
+  }
+  const double energy_unit = model_.length() * model_.length();
+  for (const JointTable& spring : joint_tables_) {
+    const double effort = spring.table.force(spring.coordinate.at(position.scalars)) / energy_unit;
+    for (const ScalarTerm& term : spring.coordinate.terms) scalars[term.scalar] += term.coefficient * effort;
   }
 }
 
@@ -89,6 +144,11 @@ double AppliedForces::energy(const NaturalCoordinates& position) const {
     const double elongation = std::abs(spring.vector.at(position)) - spring.free_length;
     sum += 0.5 * spring.stiffness * elongation * elongation;
   }
+  const double L = model_.length();
+  for (const PointElement& placed : point_elements_)
+    if (!placed.element->is_damper()) sum += placed.table.energy(L * std::abs(placed.vector.at(position))) / (L * L);
+  for (const JointTable& spring : joint_tables_)
+    sum -= spring.table.energy(spring.coordinate.at(position.scalars)) / (L * L);
   return sum - model_.total_mass * dot(gravity_, make_com_form(model_).at(position));
 }
 
@@ -208,7 +268,7 @@ VectorX NaturalSampleEvaluator::required_forces(const NaturalStepper& stepper) {
   const double L = model_.length();
   const int moving = model_.basic.moving;
   std::vector<Complex> applied(state.position.points.size());
-  load_wrench_ = applied_forces_.add_forces(state.position, state.time, applied);
+  load_wrench_ = applied_forces_.add_forces(state.position, state.velocity, state.time, applied);
   VectorX required = VectorX::Zero(model_.unknowns());
   for (int k = 0; k < moving; ++k) {
     const Complex force = inertial_forces_[static_cast<std::size_t>(k)] - applied[static_cast<std::size_t>(k)];

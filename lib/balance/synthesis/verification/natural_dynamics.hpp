@@ -1,6 +1,7 @@
 #pragma once
-/// Generalised forces of weight, loads and springs on the unknowns.
+/// Generalised forces of weight, loads, springs and dampers on the unknowns.
 
+#include "balance/foundation/numerics/cubic_spline.hpp"
 #include "balance/mechanics/model/load_table.hpp"
 #include "balance/mechanics/model/torque_distribution.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
@@ -15,13 +16,26 @@ struct NaturalWrench {
   double moment = 0;
 };
 
+/// A force over a displacement in SI units, read from its table without the other formulation's coefficients.
+class TableReader {
+ public:
+  explicit TableReader(const model::ForceTableOf<double>& table);
+  double force(double displacement) const;
+  double energy(double displacement) const;  ///< from the first row [J]
+
+ private:
+  model::ForceTableOf<double> table_;
+  std::optional<numerics::CubicSpline> spline_;
+};
+
 class AppliedForces {
  public:
   AppliedForces(const Mechanism& mechanism, const NaturalModel& model);
 
   /// Adds to one complex force per point; power is Σ Re(conj(force) ż). For joint springs, see add_joint_springs().
   /// @return the resultant of the loads
-  NaturalWrench add_forces(const NaturalCoordinates& position, double time, std::vector<Complex>& forces) const;
+  NaturalWrench add_forces(const NaturalCoordinates& position, const NaturalCoordinates& velocity, double time,
+                           std::vector<Complex>& forces) const;
   /// Adds the generalised forces of joint springs to the scalars [kg length²/s²].
   void add_joint_springs(const NaturalCoordinates& position, double* scalars) const;
   /// Potential energy of weight and springs [kg length²/s²]; that of weight is zero with the CoM at the world's origin.
@@ -45,11 +59,24 @@ class AppliedForces {
     double stiffness, preload;    ///< in units of an energy in kg length²/s²
   };
 
+  /// A damper, or a spring with a table, between points.
+  struct PointElement {
+    AffineForm vector;  ///< from its first to its second end
+    const ForceElement* element;
+    TableReader table;
+  };
+  struct JointTable {
+    ScalarAffineForm coordinate;  ///< [rad or m]
+    TableReader table;
+  };
+
   const NaturalModel& model_;
   Complex gravity_;
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;
   std::vector<JointSpring> joint_springs_;
+  std::vector<PointElement> point_elements_;
+  std::vector<JointTable> joint_tables_;
 };
 
 /// M applied to rates or accelerations of the points: one momentum or force per point, P3 eq. 22–23 before summation.

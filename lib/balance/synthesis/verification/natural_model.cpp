@@ -203,6 +203,8 @@ class ModelBuilder {
       if (spring.is_joint_spring()) make_scalar(spring.coordinate);
     for (const Load& load : mechanism_.loads)
       if (load.is_over_coordinate()) make_scalar(load.coordinate);
+    for (const ForceElement& element : mechanism_.force_elements)
+      if (element.is_in_joint()) make_scalar(element.coordinate);
     for (const Disc& disc : mechanism_.discs) make_scalars(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const BodyId body = mechanism_.tool->body;
