@@ -283,7 +283,7 @@ class MjcfWriter {
     if (!tree_.closures.empty())
       lines.emplace_back("Bodies stand at the start pose. MuJoCo closes loops by soft constraints.");
     pugi::xml_document comments;
-    add_head_comments(comments, out_, lines);
+    add_head_comments(comments.root(), out_, lines);
     pugi::xml_node before = root.first_child();
     for (pugi::xml_node comment : comments.children()) root.insert_copy_before(comment, before);
   }
