@@ -66,12 +66,12 @@ void read_lists(const SpecCursor& at, const TableColumn& argument, StudyBuilder&
                 model::LoadOf<Expression>& load) {
   std::optional<SpecCursor> force, moment;
   const bool is_time = argument.dimension == dimension::time;
-  const std::string values = is_time ? "times" : "values of " + argument.name;
+  const std::string plural = is_time ? "times" : "values of " + argument.name;
   const bool read =
       read_fields(at, fmt::format("a table {{{}, force, moment}}", argument.name),
                   {{argument.name, Presence::required,
                     [&](const SpecCursor& c) {
-                      load.arguments = read_numbers(c, draft, argument.dimension, "a list of " + values);
+                      load.arguments = read_numbers(c, draft, argument.dimension, "a list of " + plural);
                       if (load.arguments.empty())
                         c.fail_expected("at least one " + (is_time ? "time" : "value of " + argument.name));
                       check_increasing(c, load.arguments, argument);
