@@ -290,13 +290,13 @@ namespace {
 
 /// Whether the terms of all cases combine to a figure of series; the worst of several sums, as ranges are and orders may
 /// be, does not.
-bool are_combinable(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) {
-  const auto is_sum_of_figures = [](const ObjectiveTerm& term) {
+bool are_combinable(const Mechanism& mechanism, const std::vector<ObjectiveTerm>& terms, CaseAggregation across) {
+  const auto is_sum_of_figures = [&](const ObjectiveTerm& term) {
     if (term.size != ObjectiveTerm::Size::none) return false;
     // of a vector in the plane, the radii of two circles
-    const bool is_scalar = term.quantity.find('[') != std::string::npos || term.quantity == "shaking_moment";
     return term.figure == Statistic::range ||
-           (term.run == ObjectiveTerm::RunMeasure::order && term.part == results::OrderPart::whole && !is_scalar);
+           (term.run == ObjectiveTerm::RunMeasure::order && term.part == results::OrderPart::whole &&
+            !is_scalar_quantity(mechanism, term.quantity));
   };
   const bool is_sum = terms.size() > 1 || (!terms.empty() && is_sum_of_figures(terms.front()));
   return !(across == CaseAggregation::worst && is_sum);
@@ -305,13 +305,13 @@ bool are_combinable(const std::vector<ObjectiveTerm>& terms, CaseAggregation acr
 }  // namespace
 
 bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  return are_combinable(terms, across) &&
+  return are_combinable(space_.cases.front().start.mechanism, terms, across) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
 }
 
 bool CaseFigures::are_affine(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
-  return are_combinable(terms, across) &&
+  return are_combinable(space_.cases.front().start.mechanism, terms, across) &&
          std::all_of(space_.cases.begin(), space_.cases.end(),
                      [&](const DesignSpace& one) { return are_statistics_of_affine_quantities(one, terms); });
 }

@@ -201,23 +201,28 @@ CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstan
                     dynamics::name_cost_quantity(start.mechanism, term.figure, term.quantity));
 }
 
-bool is_scalar(const Mechanism& mechanism, const std::string& quantity) {
+}  // namespace
+
+bool is_scalar_quantity(const Mechanism& mechanism, const std::string& quantity) {
   std::string mistake;
   const auto described = results::describe_quantity(mechanism, quantity, mistake);
   return described && described->is_scalar;
 }
 
+namespace {
+
 /// Whether a figure of an affine quantity is convex. Absolute values and norms are, and so are maxima; the range is if
 /// the quantity has a sign.
 bool is_convex(const Mechanism& mechanism, const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none) return true;
-  return term.figure == Statistic::range ? is_scalar(mechanism, term.quantity) : term.figure != Statistic::minimum;
+  return term.figure == Statistic::range ? is_scalar_quantity(mechanism, term.quantity)
+                                         : term.figure != Statistic::minimum;
 }
 
 /// Masses are linear, and the minimum of an affine quantity is concave.
 bool is_concave(const Mechanism& mechanism, const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none) return true;
-  return term.figure == Statistic::minimum && is_scalar(mechanism, term.quantity);
+  return term.figure == Statistic::minimum && is_scalar_quantity(mechanism, term.quantity);
 }
 
 /// Magnitudes, distances and masses are not negative.
@@ -225,7 +230,7 @@ bool is_non_negative(const Mechanism& mechanism, const ObjectiveTerm& term) {
   if (term.weight < 0) return false;
   const bool is_signed = term.size == ObjectiveTerm::Size::none && term.run == ObjectiveTerm::RunMeasure::figure &&
                          (term.figure == Statistic::minimum || term.figure == Statistic::maximum);
-  return !is_signed || !is_scalar(mechanism, term.quantity);
+  return !is_signed || !is_scalar_quantity(mechanism, term.quantity);
 }
 
 /// A weighted sum of figures: of the parameters if all figures are, else by simulation.

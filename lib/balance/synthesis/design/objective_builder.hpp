@@ -56,6 +56,9 @@ bool are_statistics_of_affine_quantities(const DesignSpace& space, const std::ve
 /// Whether every term is a concave function: a mass, or the minimum of a signed quantity.
 bool are_concave_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
 
+/// Whether a quantity of runs has a sign, not a magnitude alone.
+bool is_scalar_quantity(const Mechanism& mechanism, const std::string& quantity);
+
 /// The individual terms for the lengths and motion of x. @return std::nullopt if there is no motion
 std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
                                                               const std::vector<ObjectiveTerm>& terms,
