@@ -179,7 +179,7 @@ void add_vibrations(const Study& study, const Trajectory& trajectory, HtmlReport
     const double stated = std::abs(speed.convert(view.response->turning.speed));
     request.sweep = fmt::format("{}={:.6g}:{:.6g}:{}", view.response->turning.coordinate, min_swept_share * stated,
                                 max_swept_share * stated, sweep_values);
-    view = reports::analyse_modes(study, request, speed);
+    reports::add_sweep(study, request, speed, view);
   }
   page.answers->vibrations.push_back(vibration_page_json(view));
   for (std::size_t k = 0; k < modes.modes.size(); ++k) {

@@ -498,6 +498,4 @@ MeasurementRecord read_record_file(const std::string& path, const Mechanism& mec
   return CsvRecord(path, read_bytes(path), mechanism, units, options).read();
 }
 
-std::vector<std::string> list_record_columns(const Mechanism& mechanism) { return ColumnNames(mechanism, {}).names(); }
-
 }  // namespace balance::files

@@ -30,7 +30,4 @@ identification::MeasurementRecord read_record_file(const std::string& path, cons
                                                    const specification::SpecUnits& units,
                                                    const RecordOptions& options = {});
 
-/// All names that a column may have.
-std::vector<std::string> list_record_columns(const Mechanism& mechanism);
-
 }  // namespace balance::files

@@ -57,6 +57,24 @@ std::vector<std::string> describe_closures(const RobotTree& tree) {
   return lines;
 }
 
+Pose relative_pose(const std::vector<AxisLink>& links, const AxisLink& link) {
+  const Pose parent = link.parent == ground_link ? Pose{} : links[static_cast<std::size_t>(link.parent)].pose;
+  return parent.inverse() * link.pose;
+}
+
+const RobotMotor* find_motor(const RobotTree& tree, const std::string& joint) {
+  for (const RobotMotor& motor : tree.motors)
+    if (motor.joint == joint) return &motor;
+  return nullptr;
+}
+
+void report_split_couplings(const RobotTree& tree, std::vector<std::string>& missing) {
+  for (const RobotCoupling& coupling : tree.couplings)
+    if (coupling.leaders.size() != 1)
+      missing.push_back(
+          fmt::format("the coupling of {}, which follows several joints", quote_for_message(coupling.joint)));
+}
+
 void report_point_springs(const RobotTree& tree, std::vector<std::string>& missing) {
   for (const RobotSpring& spring : tree.springs)
     missing.push_back(fmt::format("{} {} between points", spring.stiffness == 0 ? "damper" : "spring",

@@ -29,6 +29,15 @@ Vector3 rpy_of(const Matrix3& rotation);
 /// "joint 'C' closes a loop: point (0.1, 0, 0) of 'b' and 'c'", for comments.
 std::vector<std::string> describe_closures(const RobotTree& tree);
 
+/// Of a link in its parent, at zero coordinates.
+Pose relative_pose(const std::vector<AxisLink>& links, const AxisLink& link);
+
+/// nullptr: the joint has none.
+const RobotMotor* find_motor(const RobotTree& tree, const std::string& joint);
+
+/// Adds couplings to several joints, which these formats lack, to what is missing.
+void report_split_couplings(const RobotTree& tree, std::vector<std::string>& missing);
+
 /// Adds springs between points, which these formats lack, to what is missing.
 void report_point_springs(const RobotTree& tree, std::vector<std::string>& missing);
 

@@ -40,14 +40,14 @@ class MjcfWriter {
     pugi::xml_node root = document.append_child("mujoco");
     root.append_attribute("model") = tree_.name.c_str();
     pugi::xml_node settings = root.append_child("compiler");
-    set(settings, "angle", "radian");
-    set(settings, "inertiafromgeom", "false");
-    set(root.append_child("option"), "gravity", format_xml_numbers(tree_.gravity));
+    set_attribute(settings, "angle", "radian");
+    set_attribute(settings, "inertiafromgeom", "false");
+    set_attribute(root.append_child("option"), "gravity", format_xml_numbers(tree_.gravity));
     pugi::xml_node geom = root.append_child("default").append_child("geom");
-    set(geom, "contype", "0");
-    set(geom, "conaffinity", "0");
+    set_attribute(geom, "contype", "0");
+    set_attribute(geom, "conaffinity", "0");
     pugi::xml_node world = root.append_child("worldbody");
-    set(world.append_child("light"), "pos", format_xml_numbers(Vector3(0, 0, 4 * tree_.length)));
+    set_attribute(world.append_child("light"), "pos", format_xml_numbers(Vector3(0, 0, 4 * tree_.length)));
     for (std::size_t s = 0; s < tree_.springs.size(); ++s) add_sites(world, s, ground_link);
     for (const std::size_t root_link : roots_) add_body(world, root_link);
     add_tendons(root);
@@ -59,12 +59,6 @@ class MjcfWriter {
   }
 
  private:
-  static void set(pugi::xml_node node, const char* attribute, const std::string& value) {
-    node.append_attribute(attribute) = value.c_str();
-  }
-  static void set(pugi::xml_node node, const char* attribute, double value) {
-    set(node, attribute, format_xml_number(value));
-  }
   static std::string quaternion(const Matrix3& R) {
     const Eigen::Vector4d q = quaternion_of(R);
     return fmt::format("{} {} {} {}", q[0] + 0.0, q[1] + 0.0, q[2] + 0.0, q[3] + 0.0);
@@ -80,9 +74,9 @@ class MjcfWriter {
     const RobotLink& one = tree_.links[l];
     const Pose relative = pose_of(one.parent).inverse() * one.pose;
     pugi::xml_node body = parent.append_child("body");
-    set(body, "name", names_[l]);
-    set(body, "pos", format_xml_numbers(relative.p));
-    if (!relative.R.isIdentity(0)) set(body, "quat", quaternion(relative.R));
+    set_attribute(body, "name", names_[l]);
+    set_attribute(body, "pos", format_xml_numbers(relative.p));
+    if (!relative.R.isIdentity(0)) set_attribute(body, "quat", quaternion(relative.R));
     if (!one.attachments.empty())
       body.append_child(pugi::node_comment)
           .set_value(fmt::format(" with {} ", fmt::join(one.attachments, ", ")).c_str());
@@ -95,17 +89,17 @@ class MjcfWriter {
 
   void add_joint(pugi::xml_node body, const RobotJoint& joint, const RobotLink& one) {
     pugi::xml_node node = body.append_child("joint");
-    set(node, "name", joint.name);
-    set(node, "type", joint.is_rotation ? "hinge" : "slide");
+    set_attribute(node, "name", joint.name);
+    set_attribute(node, "type", joint.is_rotation ? "hinge" : "slide");
     const Pose to_link = one.pose.inverse();
-    if (joint.is_rotation) set(node, "pos", format_xml_numbers(to_link.p + to_link.R * joint.anchor));
-    set(node, "axis", format_xml_numbers(to_link.R * joint.axis));
-    if (joint.reference != 0) set(node, "ref", joint.reference);
-    if (joint.viscous != 0) set(node, "damping", joint.viscous);
-    if (joint.coulomb != 0) set(node, "frictionloss", joint.coulomb);
+    if (joint.is_rotation) set_attribute(node, "pos", format_xml_numbers(to_link.p + to_link.R * joint.anchor));
+    set_attribute(node, "axis", format_xml_numbers(to_link.R * joint.axis));
+    if (joint.reference != 0) set_attribute(node, "ref", joint.reference);
+    if (joint.viscous != 0) set_attribute(node, "damping", joint.viscous);
+    if (joint.coulomb != 0) set_attribute(node, "frictionloss", joint.coulomb);
     if (joint.stiffness != 0) {
-      set(node, "stiffness", joint.stiffness);
-      set(node, "springref", joint.preload / joint.stiffness);
+      set_attribute(node, "stiffness", joint.stiffness);
+      set_attribute(node, "springref", joint.preload / joint.stiffness);
     } else if (joint.preload != 0) {
       out_.missing.push_back(
           fmt::format("the constant effort on {}, of a spring without stiffness", quote_for_message(joint.name)));
@@ -116,10 +110,10 @@ class MjcfWriter {
   static void add_inertial(pugi::xml_node body, const RobotLink& one) {
     const XmlInertia inertia = make_xml_inertia(one);
     pugi::xml_node node = body.append_child("inertial");
-    set(node, "pos", format_xml_numbers(inertia.com));
-    if (!inertia.axes.isIdentity(0)) set(node, "quat", quaternion(inertia.axes));
-    set(node, "mass", inertia.mass);
-    set(node, "diaginertia", format_xml_numbers(inertia.moments));
+    set_attribute(node, "pos", format_xml_numbers(inertia.com));
+    if (!inertia.axes.isIdentity(0)) set_attribute(node, "quat", quaternion(inertia.axes));
+    set_attribute(node, "mass", inertia.mass);
+    set_attribute(node, "diaginertia", format_xml_numbers(inertia.moments));
   }
 
   /// Rods from the body's own joint to those of its children, and balls at centres of mass of what it carries: for the
@@ -139,15 +133,15 @@ class MjcfWriter {
     for (const Vector3& end : ends) {
       if (!((end - own).norm() > rod_radius * tree_.length)) continue;
       pugi::xml_node geom = body.append_child("geom");
-      set(geom, "type", "capsule");
-      set(geom, "fromto", format_xml_numbers(own) + " " + format_xml_numbers(end));
-      set(geom, "size", rod_radius * tree_.length);
+      set_attribute(geom, "type", "capsule");
+      set_attribute(geom, "fromto", format_xml_numbers(own) + " " + format_xml_numbers(end));
+      set_attribute(geom, "size", rod_radius * tree_.length);
     }
     if (one.attachments.empty()) return;
     pugi::xml_node geom = body.append_child("geom");
-    set(geom, "type", "sphere");
-    set(geom, "pos", format_xml_numbers(one.com));
-    set(geom, "size", weight_radius * tree_.length);
+    set_attribute(geom, "type", "sphere");
+    set_attribute(geom, "pos", format_xml_numbers(one.com));
+    set_attribute(geom, "size", weight_radius * tree_.length);
   }
 
   std::string site_name(std::size_t s, bool is_first) {
@@ -165,9 +159,9 @@ class MjcfWriter {
     const RobotSpring& spring = tree_.springs[s];
     const auto add = [&](const Vector3& point, bool is_first) {
       pugi::xml_node site = body.append_child("site");
-      set(site, "name", site_name(s, is_first));
-      set(site, "pos", format_xml_numbers(point));
-      set(site, "size", rod_radius * tree_.length);
+      set_attribute(site, "name", site_name(s, is_first));
+      set_attribute(site, "pos", format_xml_numbers(point));
+      set_attribute(site, "size", rod_radius * tree_.length);
     };
     if (spring.first == l) add(spring.point_first, true);
     if (spring.second == l) add(spring.point_second, false);
@@ -179,25 +173,25 @@ class MjcfWriter {
     for (std::size_t s = 0; s < tree_.springs.size(); ++s) {
       const RobotSpring& spring = tree_.springs[s];
       pugi::xml_node node = tendons.append_child("spatial");
-      set(node, "name", spring_name(s));
-      set(node, "width", 0.5 * rod_radius * tree_.length);
+      set_attribute(node, "name", spring_name(s));
+      set_attribute(node, "width", 0.5 * rod_radius * tree_.length);
       if (spring.stiffness != 0) {
-        set(node, "stiffness", spring.stiffness);
-        set(node, "springlength", spring.free_length);
+        set_attribute(node, "stiffness", spring.stiffness);
+        set_attribute(node, "springlength", spring.free_length);
       }
-      if (spring.damping != 0) set(node, "damping", spring.damping);
-      set(node.append_child("site"), "site", site_name(s, true));
-      set(node.append_child("site"), "site", site_name(s, false));
+      if (spring.damping != 0) set_attribute(node, "damping", spring.damping);
+      set_attribute(node.append_child("site"), "site", site_name(s, true));
+      set_attribute(node.append_child("site"), "site", site_name(s, false));
     }
     for (const RobotCoupling& coupling : tree_.couplings) {
       if (coupling.leaders.size() == 1) continue;
       pugi::xml_node node = tendons.append_child("fixed");
       belts_[coupling.joint] = tendon_names_.add(coupling.joint);
-      set(node, "name", belts_[coupling.joint]);
+      set_attribute(node, "name", belts_[coupling.joint]);
       const auto add = [&](const std::string& joint, double coefficient) {
         pugi::xml_node term = node.append_child("joint");
-        set(term, "joint", joint);
-        set(term, "coef", coefficient);
+        set_attribute(term, "joint", joint);
+        set_attribute(term, "coef", coefficient);
       };
       add(coupling.joint, 1);
       for (const auto& [leader, ratio] : coupling.leaders) add(leader, -ratio);
@@ -218,16 +212,16 @@ class MjcfWriter {
     for (const auto& [leader, ratio] : coupling.leaders) offset += ratio * reference_of(leader);
     const bool is_belt = coupling.leaders.size() != 1;
     pugi::xml_node node = equalities.append_child(is_belt ? "tendon" : "joint");
-    set(node, is_belt ? "tendon1" : "joint1", is_belt ? belts_[coupling.joint] : coupling.joint);
-    if (!is_belt) set(node, "joint2", coupling.leaders.front().first);
-    set(node, "polycoef",
-        fmt::format("{} {} 0 0 0", offset + 0.0, is_belt ? 0.0 : coupling.leaders.front().second + 0.0));
+    set_attribute(node, is_belt ? "tendon1" : "joint1", is_belt ? belts_[coupling.joint] : coupling.joint);
+    if (!is_belt) set_attribute(node, "joint2", coupling.leaders.front().first);
+    set_attribute(node, "polycoef",
+                  fmt::format("{} {} 0 0 0", offset + 0.0, is_belt ? 0.0 : coupling.leaders.front().second + 0.0));
     set_stiffness(node);
   }
 
   static void set_stiffness(pugi::xml_node equality) {
-    set(equality, "solref", closure_solref);
-    set(equality, "solimp", closure_solimp);
+    set_attribute(equality, "solref", closure_solref);
+    set_attribute(equality, "solimp", closure_solimp);
   }
 
   void add_equalities(pugi::xml_node root) {
@@ -242,11 +236,11 @@ class MjcfWriter {
       for (const auto& anchor : {std::optional(closure.anchor), closure.second_anchor}) {
         if (!anchor) continue;
         pugi::xml_node node = equalities.append_child(closure.is_weld ? "weld" : "connect");
-        set(node, "name", names.add(closure.name));
-        set(node, "body1", name_of_link(first));
-        if (second != ground_link) set(node, "body2", name_of_link(second));
+        set_attribute(node, "name", names.add(closure.name));
+        set_attribute(node, "body1", name_of_link(first));
+        if (second != ground_link) set_attribute(node, "body2", name_of_link(second));
         const Pose to_link = pose_of(first).inverse();
-        if (!closure.is_weld) set(node, "anchor", format_xml_numbers(to_link.p + to_link.R * *anchor));
+        if (!closure.is_weld) set_attribute(node, "anchor", format_xml_numbers(to_link.p + to_link.R * *anchor));
         set_stiffness(node);
       }
     }
@@ -258,11 +252,11 @@ class MjcfWriter {
     pugi::xml_node actuator = root.append_child("actuator");
     for (const RobotMotor& motor : tree_.motors) {
       pugi::xml_node node = actuator.append_child("motor");
-      set(node, "name", motor.joint);
-      set(node, "joint", motor.joint);
+      set_attribute(node, "name", motor.joint);
+      set_attribute(node, "joint", motor.joint);
       if (!motor.lower || !motor.upper) continue;
-      set(node, "ctrllimited", "true");
-      set(node, "ctrlrange", fmt::format("{} {}", *motor.lower, *motor.upper));
+      set_attribute(node, "ctrllimited", "true");
+      set_attribute(node, "ctrlrange", fmt::format("{} {}", *motor.lower, *motor.upper));
     }
   }
 
@@ -271,8 +265,8 @@ class MjcfWriter {
     pugi::xml_node key = root.append_child("keyframe").append_child("key");
     std::string values;
     for (const double value : start_) values += (values.empty() ? "" : " ") + format_xml_number(value);
-    set(key, "name", "start");
-    set(key, "qpos", values);
+    set_attribute(key, "name", "start");
+    set_attribute(key, "qpos", values);
   }
 
   /// At the head, when everything that is missing is known.

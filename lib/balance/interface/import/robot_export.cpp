@@ -73,6 +73,19 @@ std::string format_start_pose(const RobotTree& tree) {
   return text;
 }
 
+std::array<std::pair<const char*, double>, 6> XmlInertia::entries() const {
+  const Matrix3 I = tensor();
+  return {{{"ixx", I(0, 0)}, {"ixy", I(0, 1)}, {"ixz", I(0, 2)}, {"iyy", I(1, 1)}, {"iyz", I(1, 2)}, {"izz", I(2, 2)}}};
+}
+
+void set_attribute(pugi::xml_node node, const char* attribute, const std::string& value) {
+  node.append_attribute(attribute) = value.c_str();
+}
+
+void set_attribute(pugi::xml_node node, const char* attribute, double value) {
+  set_attribute(node, attribute, format_xml_number(value));
+}
+
 void add_head_comments(pugi::xml_node parent, const RobotExport& exported, const std::vector<std::string>& lines) {
   const auto add = [&](const std::string& text) {
     parent.append_child(pugi::node_comment).set_value((" " + text + " ").c_str());

@@ -8,7 +8,6 @@
 #include "balance/motion/simulation/end_configurations.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <utility>
@@ -29,7 +28,7 @@ struct Step {
   Pose at(double value) const {
     if (!is_motion()) return fixed;
     if (!is_rotation) return {Matrix3::Identity(), value * axis};
-    return {Eigen::AngleAxisd(value, axis).toRotationMatrix(), Vector3::Zero()};
+    return {rotation_about(axis, value), Vector3::Zero()};
   }
 };
 
@@ -178,8 +177,10 @@ class RobotTreeBuilder {
     link.inertia = masses_[b].inertia / shares_[b];
     // only zz of a planar body matters: that of a ball is one that every simulator takes
     if (mechanism_.space == SpaceKind::planar) link.inertia = link.inertia(2, 2) * Matrix3::Identity();
-    if (is_copy) link.copy_of = std::exchange(link.name, link.name + " copy");
-    if (!is_copy) link.attachments = attachments_[b];
+    if (is_copy)
+      link.name += " copy";
+    else
+      link.attachments = attachments_[b];
     tree_.links.push_back(std::move(link));
     return static_cast<int>(tree_.links.size()) - 1;
   }
@@ -242,7 +243,7 @@ class RobotTreeBuilder {
       Pose pose = pose_of(carrier) * Pose{Matrix3::Identity(), disc.position};
       joint.axis = pose.R * disc.axis;
       joint.anchor = pose.p;
-      pose.R = pose.R * Eigen::AngleAxisd(joint.reference, disc.axis).toRotationMatrix();
+      pose.R = pose.R * rotation_about(disc.axis, joint.reference);
       RobotLink link;
       link.name = disc.name;
       link.parent = link_of(carrier);

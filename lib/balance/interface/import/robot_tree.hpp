@@ -38,7 +38,6 @@ struct RobotLink {
   Vector3 com = Vector3::Zero();         ///< link axes [m]
   Matrix3 inertia = Matrix3::Zero();     ///< about the centre of mass, link axes [kg m^2]
   std::vector<std::string> attachments;  ///< names of the counterweights and payloads that it carries
-  std::string copy_of;                   ///< a link that is welded to it closes a loop; empty: none
 };
 
 /// q[joint] = Σ ratio · q[leader] + offset.

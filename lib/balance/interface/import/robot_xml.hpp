@@ -6,9 +6,10 @@
 
 #include <pugixml.hpp>
 
+#include <array>
 #include <set>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace balance::foreign {
@@ -37,6 +38,8 @@ struct XmlInertia {
   bool is_raised = false;              ///< a mass or a moment was zero, and is negligible instead
 
   Matrix3 tensor() const { return axes * moments.asDiagonal() * axes.transpose(); }
+  /// Names and values of the tensor's upper half, as SDF and URDF have them.
+  std::array<std::pair<const char*, double>, 6> entries() const;
 };
 
 /// Masses [kg] and moments [kg m^2] that are zero become this, because simulators refuse bodies without: far below
@@ -44,6 +47,10 @@ struct XmlInertia {
 inline constexpr double negligible_mass = 2e-15;
 
 XmlInertia make_xml_inertia(const RobotLink& link);
+
+/// Adds an attribute to an element.
+void set_attribute(pugi::xml_node node, const char* attribute, const std::string& value);
+void set_attribute(pugi::xml_node node, const char* attribute, double value);
 
 /// Adds the comments at the head of a file: what it is, and the lists of the export.
 void add_head_comments(pugi::xml_node parent, const RobotExport& exported, const std::vector<std::string>& lines);

@@ -35,7 +35,7 @@ class SdfWriter {
   void run() {
     pugi::xml_document document;
     pugi::xml_node root = document.append_child("sdf");
-    set(root, "version", sdf_version);
+    set_attribute(root, "version", sdf_version);
     find_missing();
     std::vector<std::string> lines{"SI units. Every movable joint is a coordinate of the spec or the turn of a disc."};
     if (tree_.has_start) lines.push_back("Start pose: " + format_start_pose(tree_));
@@ -45,19 +45,16 @@ class SdfWriter {
                                        quote_for_message(name), quote_for_message(unique)));
     add_head_comments(root, out_, lines);
     pugi::xml_node world = root.append_child("world");
-    set(world, "name", "default");
+    set_attribute(world, "name", "default");
     set_text(world, "gravity", format_xml_numbers(tree_.gravity));
     pugi::xml_node model = world.append_child("model");
-    set(model, "name", allowed_name(tree_.name));
+    set_attribute(model, "name", allowed_name(tree_.name));
     for (const AxisLink& link : links_) add_link(model, link);
     for (const AxisLink& link : links_) add_joint(model, link);
     out_.text = format_xml(document);
   }
 
  private:
-  static void set(pugi::xml_node node, const char* attribute, const std::string& value) {
-    node.append_attribute(attribute) = value.c_str();
-  }
   static void set_text(pugi::xml_node parent, const char* element, const std::string& text) {
     parent.append_child(element).text() = text.c_str();
   }
@@ -74,10 +71,7 @@ class SdfWriter {
   void find_missing() {
     for (const std::string& closure : describe_closures(tree_)) out_.missing.push_back(closure);
     report_point_springs(tree_, out_.missing);
-    for (const RobotCoupling& coupling : tree_.couplings)
-      if (coupling.leaders.size() != 1)
-        out_.missing.push_back(
-            fmt::format("the coupling of {}, which follows several joints", quote_for_message(coupling.joint)));
+    report_split_couplings(tree_, out_.missing);
     for (const AxisLink& link : links_)
       if (link.joint != nullptr && link.joint->stiffness == 0 && link.joint->preload != 0)
         out_.missing.push_back(fmt::format("the constant effort on {}, of a spring without stiffness",
@@ -95,29 +89,19 @@ class SdfWriter {
 
   void add_link(pugi::xml_node model, const AxisLink& one) {
     pugi::xml_node node = model.append_child("link");
-    set(node, "name", one.name);
+    set_attribute(node, "name", one.name);
     const bool is_on_ground = one.parent == ground_link;
-    const Pose parent = is_on_ground ? Pose{} : links_[static_cast<std::size_t>(one.parent)].pose;
-    const Pose relative = parent.inverse() * one.pose;
+    const Pose relative = relative_pose(links_, one);
     set_text(node, "pose", format_xml_numbers(relative.p) + " " + format_xml_numbers(rpy_of(relative.R)));
-    if (!is_on_ground) set(node.child("pose"), "relative_to", parent_name(one));
+    if (!is_on_ground) set_attribute(node.child("pose"), "relative_to", parent_name(one));
     RobotLink between;
     const XmlInertia inertia = make_xml_inertia(one.link != nullptr ? *one.link : between);
-    const Matrix3 I = inertia.tensor();
     pugi::xml_node inertial = node.append_child("inertial");
     const Vector3 com = one.link != nullptr ? one.place(inertia.com) : Vector3(Vector3::Zero());
     set_text(inertial, "pose", format_xml_numbers(com) + " 0 0 0");
     set_text(inertial, "mass", inertia.mass);
     pugi::xml_node tensor = inertial.append_child("inertia");
-    const std::pair<const char*, double> entries[] = {{"ixx", I(0, 0)}, {"ixy", I(0, 1)}, {"ixz", I(0, 2)},
-                                                      {"iyy", I(1, 1)}, {"iyz", I(1, 2)}, {"izz", I(2, 2)}};
-    for (const auto& [key, value] : entries) set_text(tensor, key, value);
-  }
-
-  const RobotMotor* motor_of(const std::string& joint) const {
-    for (const RobotMotor& motor : tree_.motors)
-      if (motor.joint == joint) return &motor;
-    return nullptr;
+    for (const auto& [key, value] : inertia.entries()) set_text(tensor, key, value);
   }
 
   std::string joint_name(const std::string& coordinate) const {
@@ -127,8 +111,8 @@ class SdfWriter {
 
   void add_joint(pugi::xml_node model, const AxisLink& one) {
     pugi::xml_node node = model.append_child("joint");
-    set(node, "name", one.joint_name);
-    set(node, "type", one.joint == nullptr ? "fixed" : one.joint->is_rotation ? "revolute" : "prismatic");
+    set_attribute(node, "name", one.joint_name);
+    set_attribute(node, "type", one.joint == nullptr ? "fixed" : one.joint->is_rotation ? "revolute" : "prismatic");
     set_text(node, "parent", parent_name(one));
     set_text(node, "child", one.name);
     if (one.joint == nullptr) return;
@@ -137,13 +121,13 @@ class SdfWriter {
     for (const RobotCoupling& coupling : tree_.couplings) {
       if (coupling.joint != one.joint->name || coupling.leaders.size() != 1) continue;
       pugi::xml_node mimic = axis.append_child("mimic");
-      set(mimic, "joint", joint_name(coupling.leaders.front().first));
-      set(mimic, "axis", "axis");
+      set_attribute(mimic, "joint", joint_name(coupling.leaders.front().first));
+      set_attribute(mimic, "axis", "axis");
       set_text(mimic, "multiplier", coupling.leaders.front().second);
       set_text(mimic, "offset", coupling.offset);
       set_text(mimic, "reference", 0);
     }
-    const RobotMotor* motor = motor_of(one.joint->name);
+    const RobotMotor* motor = find_motor(tree_, one.joint->name);
     if (motor != nullptr && motor->lower && motor->upper)
       set_text(axis.append_child("limit"), "effort", std::max(std::abs(*motor->lower), std::abs(*motor->upper)));
     if (one.joint->viscous == 0 && one.joint->coulomb == 0 && one.joint->stiffness == 0) return;

@@ -27,13 +27,13 @@ class UrdfWriter {
   void run() {
     pugi::xml_document document;
     pugi::xml_node robot = document.append_child("robot");
-    set(robot, "name", tree_.name);
+    set_attribute(robot, "name", tree_.name);
     find_missing();
     std::vector<std::string> lines{"SI units. Every movable joint is a coordinate of the spec or the turn of a disc."};
     if (tree_.has_start) lines.push_back("Start pose: " + format_start_pose(tree_));
     for (const std::string& closure : describe_closures(tree_)) lines.push_back(closure);
     add_head_comments(robot, out_, lines);
-    set(robot.append_child("link"), "name", "world");
+    set_attribute(robot.append_child("link"), "name", "world");
     UniqueNames names(std::set<std::string>{"world"});
     for (AxisLink& link : links_) link.name = names.add(link.name);
     for (const AxisLink& link : links_) add_link(robot, link);
@@ -46,20 +46,13 @@ class UrdfWriter {
   }
 
  private:
-  static void set(pugi::xml_node node, const char* attribute, const std::string& value) {
-    node.append_attribute(attribute) = value.c_str();
-  }
-
   void find_missing() {
     for (const std::string& closure : describe_closures(tree_)) out_.missing.push_back(closure);
     report_point_springs(tree_, out_.missing);
     for (const AxisLink& link : links_)
       if (link.joint != nullptr && (link.joint->stiffness != 0 || link.joint->preload != 0))
         out_.missing.push_back(fmt::format("the spring in {}", quote_for_message(link.joint->name)));
-    for (const RobotCoupling& coupling : tree_.couplings)
-      if (coupling.leaders.size() != 1)
-        out_.missing.push_back(
-            fmt::format("the coupling of {}, which follows several joints", quote_for_message(coupling.joint)));
+    report_split_couplings(tree_, out_.missing);
     out_.missing.push_back(fmt::format("gravity, ({}) m/s^2", format_xml_numbers(tree_.gravity)));
     if (std::any_of(links_.begin(), links_.end(), [](const AxisLink& link) { return link.link == nullptr; }))
       out_.notes.emplace_back(
@@ -69,76 +62,66 @@ class UrdfWriter {
 
   void add_link(pugi::xml_node robot, const AxisLink& one) {
     pugi::xml_node node = robot.append_child("link");
-    set(node, "name", one.name);
+    set_attribute(node, "name", one.name);
     if (one.link == nullptr || (one.joint == nullptr && one.link->mass == 0)) return;
     const XmlInertia inertia = make_xml_inertia(*one.link);
-    const Matrix3 I = inertia.tensor();
     pugi::xml_node inertial = node.append_child("inertial");
-    set(inertial.append_child("origin"), "xyz", format_xml_numbers(one.place(inertia.com)));
-    set(inertial.append_child("mass"), "value", format_xml_number(inertia.mass));
+    set_attribute(inertial.append_child("origin"), "xyz", format_xml_numbers(one.place(inertia.com)));
+    set_attribute(inertial.append_child("mass"), "value", inertia.mass);
     pugi::xml_node tensor = inertial.append_child("inertia");
-    const std::pair<const char*, double> entries[] = {{"ixx", I(0, 0)}, {"ixy", I(0, 1)}, {"ixz", I(0, 2)},
-                                                      {"iyy", I(1, 1)}, {"iyz", I(1, 2)}, {"izz", I(2, 2)}};
-    for (const auto& [key, value] : entries) set(tensor, key, format_xml_number(value));
-  }
-
-  const RobotMotor* motor_of(const std::string& joint) const {
-    for (const RobotMotor& motor : tree_.motors)
-      if (motor.joint == joint) return &motor;
-    return nullptr;
+    for (const auto& [key, value] : inertia.entries()) set_attribute(tensor, key, value);
   }
 
   void add_joint(pugi::xml_node robot, const AxisLink& one) {
     pugi::xml_node node = robot.append_child("joint");
-    set(node, "name", one.joint_name);
+    set_attribute(node, "name", one.joint_name);
     const bool is_slide = one.joint != nullptr && !one.joint->is_rotation;
-    set(node, "type", one.joint == nullptr ? "fixed" : is_slide ? "prismatic" : "continuous");
+    set_attribute(node, "type", one.joint == nullptr ? "fixed" : is_slide ? "prismatic" : "continuous");
     const bool is_on_ground = one.parent == ground_link;
-    const Pose parent = is_on_ground ? Pose{} : links_[static_cast<std::size_t>(one.parent)].pose;
-    const Pose relative = parent.inverse() * one.pose;
+    const Pose relative = relative_pose(links_, one);
     pugi::xml_node origin = node.append_child("origin");
-    set(origin, "xyz", format_xml_numbers(relative.p));
-    set(origin, "rpy", format_xml_numbers(rpy_of(relative.R)));
-    set(node.append_child("parent"), "link",
-        is_on_ground ? "world" : links_[static_cast<std::size_t>(one.parent)].name);
-    set(node.append_child("child"), "link", one.name);
+    set_attribute(origin, "xyz", format_xml_numbers(relative.p));
+    set_attribute(origin, "rpy", format_xml_numbers(rpy_of(relative.R)));
+    set_attribute(node.append_child("parent"), "link",
+                  is_on_ground ? "world" : links_[static_cast<std::size_t>(one.parent)].name);
+    set_attribute(node.append_child("child"), "link", one.name);
     if (one.joint == nullptr) return;
-    set(node.append_child("axis"), "xyz", format_xml_numbers(one.pose.R.transpose() * one.joint->axis));
-    const RobotMotor* motor = motor_of(one.joint->name);
+    set_attribute(node.append_child("axis"), "xyz", format_xml_numbers(one.pose.R.transpose() * one.joint->axis));
+    const RobotMotor* motor = find_motor(tree_, one.joint->name);
     const bool is_limited = motor != nullptr && motor->lower && motor->upper;
     if (is_slide || is_limited) {
       pugi::xml_node limit = node.append_child("limit");
-      set(limit, "lower", std::string("-") + no_limit);
-      set(limit, "upper", no_limit);
-      set(limit, "effort",
-          is_limited ? format_xml_number(std::max(std::abs(*motor->lower), std::abs(*motor->upper)))
-                     : std::string(no_limit));
-      set(limit, "velocity", no_limit);
+      set_attribute(limit, "lower", std::string("-") + no_limit);
+      set_attribute(limit, "upper", no_limit);
+      set_attribute(limit, "effort",
+                    is_limited ? format_xml_number(std::max(std::abs(*motor->lower), std::abs(*motor->upper)))
+                               : std::string(no_limit));
+      set_attribute(limit, "velocity", no_limit);
     }
     if (one.joint->viscous != 0 || one.joint->coulomb != 0) {
       pugi::xml_node dynamics = node.append_child("dynamics");
-      set(dynamics, "damping", format_xml_number(one.joint->viscous));
-      set(dynamics, "friction", format_xml_number(one.joint->coulomb));
+      set_attribute(dynamics, "damping", one.joint->viscous);
+      set_attribute(dynamics, "friction", one.joint->coulomb);
     }
     for (const RobotCoupling& coupling : tree_.couplings) {
       if (coupling.joint != one.joint->name || coupling.leaders.size() != 1) continue;
       pugi::xml_node mimic = node.append_child("mimic");
-      set(mimic, "joint", coupling.leaders.front().first);
-      set(mimic, "multiplier", format_xml_number(coupling.leaders.front().second));
-      set(mimic, "offset", format_xml_number(coupling.offset));
+      set_attribute(mimic, "joint", coupling.leaders.front().first);
+      set_attribute(mimic, "multiplier", coupling.leaders.front().second);
+      set_attribute(mimic, "offset", coupling.offset);
     }
   }
 
   void add_transmissions(pugi::xml_node robot) {
     for (const RobotMotor& motor : tree_.motors) {
       pugi::xml_node node = robot.append_child("transmission");
-      set(node, "name", motor.joint);
+      set_attribute(node, "name", motor.joint);
       node.append_child("type").text() = "transmission_interface/SimpleTransmission";
       pugi::xml_node joint = node.append_child("joint");
-      set(joint, "name", motor.joint);
+      set_attribute(joint, "name", motor.joint);
       joint.append_child("hardwareInterface").text() = "hardware_interface/EffortJointInterface";
       pugi::xml_node actuator = node.append_child("actuator");
-      set(actuator, "name", motor.joint);
+      set_attribute(actuator, "name", motor.joint);
     }
   }
 

@@ -104,24 +104,6 @@ class Sweep {
   SweptNumber swept_;
 };
 
-VibrationReportData analyse(const Study& study, const Trajectory* trajectory, const ModesRequest& request,
-                            const files::DisplayUnit& speed_unit, const simulation::Progress& progress) {
-  std::optional<Sweep> sweep;
-  if (!request.sweep.empty()) sweep.emplace(study, trajectory, request.sweep, speed_unit);
-  VibrationReportData view{.mechanism = study.mechanism, .modes = {}, .warnings = study.warnings};
-  view.modes = vibration::find_vibration_modes(study.mechanism, trajectory);
-  if (view.modes.motion.outcome.status != MotionStatus::done) return view;
-  view.response = vibration::find_forced_response(study.mechanism, trajectory, view.modes.motion,
-                                                  {request.orders, request.exact > 0});
-  if (!sweep) return view;
-  view.swept = sweep->swept();
-  view.sweep = vibration::sweep_speeds([&](double value) { return sweep->case_at(value); },
-                                       {sweep->list_values(), request.exact, request.orders}, progress);
-  return view;
-}
-
-}  // namespace
-
 const Trajectory* choose_modes_trajectory(const Study& study, const std::string& name) {
   if (!name.empty()) return &study::choose_trajectory(study, name);
   for (const Trajectory& trajectory : study.trajectories)
@@ -129,11 +111,18 @@ const Trajectory* choose_modes_trajectory(const Study& study, const std::string&
   return study.trajectories.empty() ? nullptr : &study.trajectories.front();
 }
 
-VibrationReportData analyse_modes(const Study& study, const ModesRequest& request, const files::DisplayUnit& speed_unit,
-                                  const simulation::Progress& progress) {
-  const Trajectory* trajectory = choose_modes_trajectory(study, request.trajectory);
+void sweep_into(const Sweep& sweep, const ModesRequest& request, const simulation::Progress& progress,
+                VibrationReportData& view) {
+  view.swept = sweep.swept();
+  view.sweep = vibration::sweep_speeds([&](double value) { return sweep.case_at(value); },
+                                       {sweep.list_values(), request.exact, request.orders}, progress);
+}
+
+/// @throws SpecError in place of what does not go with the trajectory
+template <class Compute>
+void compute_along(const Study& study, const Trajectory* trajectory, const Compute& compute) {
   try {
-    return analyse(study, trajectory, request, speed_unit, progress);
+    compute();
   } catch (const SweepError&) {
     throw;
   } catch (const std::invalid_argument& error) {
@@ -141,6 +130,31 @@ VibrationReportData analyse_modes(const Study& study, const ModesRequest& reques
         {.place = {.file = study.spec_file, .key = trajectory != nullptr ? "trajectories." + trajectory->name : ""},
          .message = error.what()});
   }
+}
+
+}  // namespace
+
+VibrationReportData analyse_modes(const Study& study, const ModesRequest& request, const files::DisplayUnit& speed_unit,
+                                  const simulation::Progress& progress) {
+  const Trajectory* trajectory = choose_modes_trajectory(study, request.trajectory);
+  VibrationReportData view{.mechanism = study.mechanism, .modes = {}, .warnings = study.warnings};
+  compute_along(study, trajectory, [&] {
+    std::optional<Sweep> sweep;  // what is wrong with it is said first
+    if (!request.sweep.empty()) sweep.emplace(study, trajectory, request.sweep, speed_unit);
+    view.modes = vibration::find_vibration_modes(study.mechanism, trajectory);
+    if (view.modes.motion.outcome.status != MotionStatus::done) return;
+    view.response = vibration::find_forced_response(study.mechanism, trajectory, view.modes.motion,
+                                                    {request.orders, request.exact > 0});
+    if (sweep) sweep_into(*sweep, request, progress, view);
+  });
+  return view;
+}
+
+void add_sweep(const Study& study, const ModesRequest& request, const files::DisplayUnit& speed_unit,
+               VibrationReportData& view) {
+  const Trajectory* trajectory = choose_modes_trajectory(study, request.trajectory);
+  compute_along(study, trajectory,
+                [&] { sweep_into(Sweep(study, trajectory, request.sweep, speed_unit), request, {}, view); });
 }
 
 files::Provenance make_modes_provenance(const Study& study, const std::string& trajectory,

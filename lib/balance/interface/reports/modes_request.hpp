@@ -15,9 +15,6 @@ struct ModesRequest {
   int exact = 5;                ///< values of a sweep at which the response is also computed exactly; 0: nowhere
 };
 
-/// The trajectory of the request; nullptr: the spec has no motion. @throws study::UnknownNameError
-const Trajectory* choose_modes_trajectory(const Study& study, const std::string& name);
-
 /// A sweep that is not of the form NAME=FROM:TO or NAME=FROM:TO:COUNT, or whose speeds are not positive. The message begins
 /// with `--sweep`.
 class SweepError : public std::invalid_argument {
@@ -25,11 +22,16 @@ class SweepError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// The modes' outcome says why there are none; the rest is then empty.
+/// The modes' outcome says why there are none; the rest is then empty. @throws study::UnknownNameError
 /// @param speed_unit the unit of swept speeds
 /// @throws SweepError; SpecError for an unknown parameter, or what does not go with free coordinates
 VibrationReportData analyse_modes(const Study& study, const ModesRequest& request, const files::DisplayUnit& speed_unit,
                                   const simulation::Progress& progress = {});
+
+/// Adds the request's sweep to what analyse_modes() found without one.
+/// @throws as analyse_modes()
+void add_sweep(const Study& study, const ModesRequest& request, const files::DisplayUnit& speed_unit,
+               VibrationReportData& view);
 
 /// @param trajectory its name
 files::Provenance make_modes_provenance(const Study& study, const std::string& trajectory, const ModesRequest& request);

@@ -353,17 +353,9 @@ void read_loads(const SpecCursor& section, StudyBuilder& draft) {
   }
 }
 
-namespace {
-
-bool has_key(const YamlNode& map, const std::string& name) {
-  return std::any_of(map.keys.begin(), map.keys.end(), [&](const YamlNode& key) { return key.text == name; });
-}
-
-}  // namespace
-
 void read_springs(const SpecCursor& section, StudyBuilder& draft) {
   for (const Member& member : list_named_members(section, "a mapping of springs {between or joint, stiffness}")) {
-    if (member.value.is_map() && has_key(member.value.node(), "table")) {
+    if (member.value.has_entry("table")) {
       draft.problems.collect([&] { read_tabulated_spring(member.value, member.name, draft); });
       continue;
     }

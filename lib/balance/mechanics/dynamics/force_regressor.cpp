@@ -66,10 +66,10 @@ ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const kinematics::
       inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
       freedoms_(freedoms),
       known_forces_mechanism_(extract_known_forces(mechanism)),
-      least_norm_mechanism_(replace_nonlinear_distribution(mechanism)),
+      min_norm_mechanism_(replace_nonlinear_distribution(mechanism)),
       known_forces_(known_forces_mechanism_, tree),
       springs_(mechanism, tree, loose),
-      actuation_(least_norm_mechanism_, tree, freedoms),
+      actuation_(min_norm_mechanism_, tree, freedoms),
       wrenches_(tree.nodes.size()) {
   reactions_.constraint_force.setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
 }

@@ -148,7 +148,7 @@ class ForceRegressor {
   Eigen::Index inertial_;
   int freedoms_;
   Mechanism known_forces_mechanism_;  ///< loads, dampers and springs with a table only
-  Mechanism least_norm_mechanism_;    ///< without a distribution of efforts that is not linear
+  Mechanism min_norm_mechanism_;      ///< without a distribution of efforts that is not linear
   ExternalForces<S> known_forces_;
   SpringRegressor<S> springs_;
   Actuation<S> actuation_;

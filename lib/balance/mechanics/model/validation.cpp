@@ -612,8 +612,23 @@ void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& issue
   }
 }
 
-void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+namespace {
+
+/// Of a spring or a damper between points.
+template <class Element>
+void check_ends(const Element& element, const Mechanism& mechanism, ElementValidator& faults) {
   const bool planar = is_planar(mechanism);
+  const bool first = faults.check_index(element.first, mechanism.bodies.size(), "its first body");
+  const bool second = faults.check_index(element.second, mechanism.bodies.size(), "its second body");
+  if (first && second && element.first == element.second)
+    faults.add(ValidationIssueKind::same_body, "it must act between two different bodies");
+  faults.check_position(element.point_first, planar, "its point on the first body");
+  faults.check_position(element.point_second, planar, "its point on the second body");
+}
+
+}  // namespace
+
+void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   std::set<std::string> names;
   for (std::size_t k = 0; k < mechanism.springs.size(); ++k) {
     const Spring& spring = mechanism.springs[k];
@@ -626,12 +641,7 @@ void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& iss
       faults.check_finite(spring.preload, "the preload");
       continue;
     }
-    const bool first = faults.check_index(spring.first, mechanism.bodies.size(), "its first body");
-    const bool second = faults.check_index(spring.second, mechanism.bodies.size(), "its second body");
-    if (first && second && spring.first == spring.second)
-      faults.add(ValidationIssueKind::same_body, "it must act between two different bodies");
-    faults.check_position(spring.point_first, planar, "its point on the first body");
-    faults.check_position(spring.point_second, planar, "its point on the second body");
+    check_ends(spring, mechanism, faults);
     faults.check_not_negative(spring.free_length, "the free length");
   }
 }
@@ -659,7 +669,6 @@ void check_force_table(const model::ForceTableOf<double>& table, ElementValidato
 }  // namespace
 
 void check_force_elements(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
-  const bool planar = is_planar(mechanism);
   for (std::size_t k = 0; k < mechanism.force_elements.size(); ++k) {
     const ForceElement& element = mechanism.force_elements[k];
     ElementValidator faults(ElementKind::force_element, k, element.name, issues);
@@ -670,12 +679,7 @@ void check_force_elements(const Mechanism& mechanism, std::vector<ValidationIssu
         faults.add(ValidationIssueKind::force_table, "a damper in a joint is viscous friction of its coordinate");
       continue;
     }
-    const bool first = faults.check_index(element.first, mechanism.bodies.size(), "its first body");
-    const bool second = faults.check_index(element.second, mechanism.bodies.size(), "its second body");
-    if (first && second && element.first == element.second)
-      faults.add(ValidationIssueKind::same_body, "it must act between two different bodies");
-    faults.check_position(element.point_first, planar, "its point on the first body");
-    faults.check_position(element.point_second, planar, "its point on the second body");
+    check_ends(element, mechanism, faults);
     faults.check_not_negative(element.damping, "the damping");
   }
 }

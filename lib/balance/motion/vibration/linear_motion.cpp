@@ -175,14 +175,14 @@ class Linearisation {
                                  chart_->further_coordinates().end());
     const auto size = static_cast<Eigen::Index>(result_.coordinates.size());
     position_.resize(size), unit_.resize(size);
-    const double length = characteristic_length(mechanism);
-    double weight = 0;
-    for (const Body& body : mechanism.bodies) weight += body.mass * mechanism.gravity.norm() * length;
-    force_scale_ = weight;
+    length_ = characteristic_length(mechanism);
+    weight_ = 0;
+    for (const Body& body : mechanism.bodies) weight_ += body.mass * mechanism.gravity.norm() * length_;
+    force_scale_ = weight_;
     for (Eigen::Index k = 0; k < size; ++k) {
       const CoordinateId id = result_.coordinates[static_cast<std::size_t>(k)];
       position_[k] = system_->start()[id];
-      unit_[k] = mechanism.coordinates[id].kind == CoordinateKind::length ? length : 1;
+      unit_[k] = mechanism.coordinates[id].kind == CoordinateKind::length ? length_ : 1;
     }
     result_.unit = unit_;
     rate_ = VectorX::Zero(n_);
@@ -295,7 +295,7 @@ class Linearisation {
     system_->driven_motion().at(0, Side::after, sample);
     for (std::size_t k = 0; k < system_->driven_coordinates().size(); ++k) {
       const Coordinate& coordinate = system_->mechanism().coordinates[system_->driven_coordinates()[k]];
-      const double unit = coordinate.kind == CoordinateKind::length ? characteristic_length(system_->mechanism()) : 1;
+      const double unit = coordinate.kind == CoordinateKind::length ? length_ : 1;
       scale = std::max(scale, std::abs(sample.rate[static_cast<Eigen::Index>(k)]) / unit);
     }
     return scale;
@@ -394,11 +394,7 @@ class Linearisation {
   /// A stiffness that cancels leaves round-off of the forces that cancel: weight, and inertia at the rates.
   void clear_round_off(LinearCoefficients& at) const {
     if (!at.stiffness.allFinite() || !at.damping.allFinite()) return;
-    const Mechanism& mechanism = system_->mechanism();
-    double mass = 0;
-    for (const Body& body : mechanism.bodies) mass += std::abs(body.mass);
-    const double size = std::max(find_size(at), mass * mechanism.gravity.norm() * characteristic_length(mechanism)),
-                 smallest = coefficient_round_off * size;
+    const double smallest = coefficient_round_off * std::max(find_size(at), weight_);
     for (Eigen::Index i = 0; i < n_; ++i) {
       for (Eigen::Index k = 0; k < at.stiffness.cols(); ++k)
         if (std::abs(at.stiffness(i, k)) * unit_[i] * unit_[k] <= smallest) at.stiffness(i, k) = 0;
@@ -550,6 +546,8 @@ class Linearisation {
   Eigen::Index n_ = 0;
   VectorX position_, unit_;  ///< per coordinate
   VectorX rate_;             ///< per free coordinate
+  double length_ = 1;        ///< the mechanism's [m]
+  double weight_ = 0;        ///< times its length [N m]
   double force_scale_ = 0, rate_unit_ = 1;
   double time_ = 0;  ///< of the latest state
   FreeEquation equation_;

@@ -146,7 +146,6 @@ bool is_same_question(const Trajectory& a, const Trajectory& b) {
 }  // namespace
 
 double VibrationMode::frequency() const { return eigenvalue.imag() / (2 * std::numbers::pi); }
-double VibrationMode::natural_frequency() const { return std::abs(eigenvalue); }
 
 double VibrationMode::damping_ratio() const {
   const double size = std::abs(eigenvalue);

@@ -18,9 +18,8 @@ struct VibrationMode {
   Eigen::VectorXcd shape;
 
   bool oscillates() const { return eigenvalue.imag() > 0; }
-  double frequency() const;          ///< of the damped oscillation [Hz]
-  double natural_frequency() const;  ///< |λ| [rad/s]
-  double damping_ratio() const;      ///< −Re λ / |λ|; 0 for λ = 0
+  double frequency() const;      ///< of the damped oscillation [Hz]
+  double damping_ratio() const;  ///< −Re λ / |λ|; 0 for λ = 0
 };
 
 /// stable: every deviation decays. marginal: none grows, but for rigid motions, which may drift.

@@ -29,8 +29,10 @@ KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const kinemati
       tables_(mechanism.loads.begin(), mechanism.loads.end()) {
   if (const MatrixX changes = load_changes(mechanism, tree.characteristic_length); !changes.isZero(0))
     changes_ = changes;
-  for (const ForceElement& element : mechanism.force_elements)
+  for (const ForceElement& element : mechanism.force_elements) {
     (element.is_damper() ? has_dampers_ : has_tables_) = true;
+    laws_.push_back(element.is_damper() ? model::ForceLawOf<double>() : model::ForceLawOf<double>(element.table));
+  }
 }
 
 /// Generalised forces that balance each unit component of each load: minus its power at unit rates of the coordinates.
@@ -98,9 +100,10 @@ MatrixX KnownTermColumns<S>::displacement_gradients(kinematics::TreeState<S>& st
 
 /// The force that the element's table resists with, at poses and coordinates.
 template <class S>
-double KnownTermColumns<S>::table_force(const ForceElement& element, const VectorX& y,
+double KnownTermColumns<S>::table_force(std::size_t index, const VectorX& y,
                                         const kinematics::TreeState<S>& state) const {
-  const model::ForceLawOf<double> law(element.table);
+  const ForceElement& element = mechanism_.force_elements[index];
+  const model::ForceLawOf<double>& law = laws_[index];
   if (element.is_in_joint())
     return -law.force(tree_.coordinate_expressions[static_cast<std::size_t>(element.coordinate)].value(y.data()));
   return law.force((kinematics::position(state, place_point(tree_, element.second, element.point_second)) -
@@ -120,9 +123,9 @@ void KnownTermColumns<S>::static_columns(const VectorX& y, kinematics::TreeState
     const dynamics::Parameter& term = terms_[t];
     const auto column = static_cast<Eigen::Index>(t);
     if (term.kind == dynamics::ParameterKind::tabulated) {
-      const ForceElement& element = mechanism_.force_elements[static_cast<std::size_t>(term.index)];
-      if (const double largest = model::ForceLawOf<double>(element.table).max_force(); largest > 0)
-        constant.col(column) = gradients.col(term.index) * (table_force(element, y, state) / largest);
+      const auto index = static_cast<std::size_t>(term.index);
+      if (const double largest = laws_[index].max_force(); largest > 0)
+        constant.col(column) = gradients.col(term.index) * (table_force(index, y, state) / largest);
     }
     if (term.owner_kind != dynamics::ParameterOwner::load) continue;
     const Eigen::Index component = load_component(term, S::dimension == 2);

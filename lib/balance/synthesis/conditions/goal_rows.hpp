@@ -45,13 +45,14 @@ class KnownTermColumns {
 
  private:
   MatrixX displacement_gradients(kinematics::TreeState<S>& state) const;
-  double table_force(const ForceElement& element, const VectorX& y, const kinematics::TreeState<S>& state) const;
+  double table_force(std::size_t index, const VectorX& y, const kinematics::TreeState<S>& state) const;
   MatrixX load_torques(kinematics::TreeState<S>& state) const;
 
   const Mechanism& mechanism_;
   const kinematics::Tree<S>& tree_;
   std::vector<dynamics::Parameter> terms_;
   std::vector<model::LoadTable<double>> tables_;  ///< per load
+  std::vector<model::ForceLawOf<double>> laws_;   ///< per force element; empty of a damper
   MatrixX changes_;                               ///< load_changes, if any load changes
   bool has_tables_ = false, has_dampers_ = false;
 };

@@ -19,9 +19,9 @@ constexpr double factor_tolerance = 1e-8;
 /// Orthogonalises columns against those chosen, by modified Gram–Schmidt with a second pass.
 class ColumnChooser {
  public:
-  explicit ColumnChooser(const MatrixX& matrix) : rest_(matrix), norms_(matrix.colwise().norm()) {
+  explicit ColumnChooser(const MatrixX& matrix) : rest_(matrix) {
     for (Eigen::Index c = 0; c < rest_.cols(); ++c)
-      if (norms_[c] > 0) rest_.col(c) /= norms_[c];
+      if (const double norm = rest_.col(c).norm(); norm > 0) rest_.col(c) /= norm;
   }
   double remaining_norm(int column) const { return rest_.col(column).norm(); }
   void choose(int column) {
@@ -35,13 +35,11 @@ class ColumnChooser {
 
  private:
   MatrixX rest_;
-  VectorX norms_;
   std::vector<VectorX> basis_;
 };
 
 /// Adds columns in the order of their groups while some are independent.
-void choose_columns(ColumnChooser& chooser, const std::vector<int>& groups, std::vector<int>& chosen,
-                    double& min_pivot) {
+void choose_columns(ColumnChooser& chooser, const std::vector<int>& groups, std::vector<int>& chosen) {
   const int last_group = groups.empty() ? -1 : *std::max_element(groups.begin(), groups.end());
   for (int group = 0; group <= last_group; ++group)
     for (;;) {
@@ -55,14 +53,7 @@ void choose_columns(ColumnChooser& chooser, const std::vector<int>& groups, std:
       if (best < 0) break;
       chooser.choose(best);
       chosen.push_back(best);
-      min_pivot = std::min(min_pivot, best_norm);
     }
-}
-
-MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns) {
-  MatrixX selected(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t k = 0; k < columns.size(); ++k) selected.col(static_cast<Eigen::Index>(k)) = matrix.col(columns[k]);
-  return selected;
 }
 
 /// K with A_B K = A_R.
@@ -95,35 +86,28 @@ BaseCombinations find_base_combinations(const MatrixX& measured, const MatrixX& 
   BaseCombinations out;
   if (measured.rows() > 0) {
     ColumnChooser chooser(measured);
-    double unused = 1;
-    choose_columns(chooser, groups, out.base, unused);
+    choose_columns(chooser, groups, out.base);
   }
   // The random rows have the mechanism's rank: they drop what only round-off chose, and add what the motion left out.
   ColumnChooser chooser(random);
   std::vector<int> confirmed;
   for (const int column : out.base) {
-    const double norm = chooser.remaining_norm(column);
-    if (norm <= independence_threshold) continue;
+    if (chooser.remaining_norm(column) <= independence_threshold) continue;
     chooser.choose(column);
     confirmed.push_back(column);
-    out.min_kept_pivot = std::min(out.min_kept_pivot, norm);
   }
   out.base = std::move(confirmed);
-  choose_columns(chooser, groups, out.base, out.min_kept_pivot);
-  for (int c = 0; c < static_cast<int>(groups.size()); ++c) {
-    if (std::find(out.base.begin(), out.base.end(), c) != out.base.end()) continue;
-    out.rest.push_back(c);
-    out.max_dropped_pivot = std::max(out.max_dropped_pivot, chooser.remaining_norm(c));
-  }
+  choose_columns(chooser, groups, out.base);
+  for (int c = 0; c < static_cast<int>(groups.size()); ++c)
+    if (std::find(out.base.begin(), out.base.end(), c) == out.base.end()) out.rest.push_back(c);
   std::sort(out.base.begin(), out.base.end());
-  out.factors = solve_factors(select_columns(random, out.base), select_columns(random, out.rest));
+  out.factors = solve_factors(random(Eigen::all, out.base), random(Eigen::all, out.rest));
   return out;
 }
 
 MatrixX find_missing_combinations(const MatrixX& rows, const BaseCombinations& base, const std::vector<int>& groups) {
   const auto R = static_cast<Eigen::Index>(base.rest.size());
-  const MatrixX rest = select_columns(rows, base.rest);
-  const MatrixX known = select_columns(rows, base.base);
+  const MatrixX rest = rows(Eigen::all, base.rest), known = rows(Eigen::all, base.base);
   MatrixX residual = rest - known * base.factors;
   const MatrixX terms = rest.cwiseAbs() + known.cwiseAbs() * base.factors.cwiseAbs();
   const double largest = negligible_column * numerics::max_abs(VectorX(terms.colwise().norm()));
@@ -134,13 +118,12 @@ MatrixX find_missing_combinations(const MatrixX& rows, const BaseCombinations& b
       residual.col(c).setZero();
   }
   std::vector<int> chosen;
-  double unused = 1;
   ColumnChooser chooser(residual);
-  choose_columns(chooser, rest_groups, chosen, unused);
+  choose_columns(chooser, rest_groups, chosen);
   MatrixX combinations = MatrixX::Zero(static_cast<Eigen::Index>(chosen.size()), rows.cols());
   if (chosen.empty()) return combinations;
   std::sort(chosen.begin(), chosen.end());
-  const MatrixX factors = solve_factors(select_columns(residual, chosen), residual);
+  const MatrixX factors = solve_factors(residual(Eigen::all, chosen), residual);
   for (Eigen::Index c = 0; c < R; ++c) combinations.col(base.rest[static_cast<std::size_t>(c)]) = factors.col(c);
   return combinations;
 }

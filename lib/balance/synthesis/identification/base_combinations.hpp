@@ -14,11 +14,9 @@ inline constexpr double negligible_column = 1e-9;
 /// Base parameters: β = x_B + K x_R, where B are as many independent columns as there are and R the others.
 /// Source: M. Gautier, Numerical calculation of the base inertial parameters of robots, J. Robotic Systems 8(4), 1991.
 struct BaseCombinations {
-  std::vector<int> base;         ///< B: columns that are independent of each other
-  std::vector<int> rest;         ///< R: all others
-  MatrixX factors;               ///< B × R: K, exact zeros where a column does not depend on another
-  double min_kept_pivot = 1;     ///< smallest part of a chosen column, of norm 1, that those before it do not explain
-  double max_dropped_pivot = 0;  ///< the largest one among the others
+  std::vector<int> base;  ///< B: columns that are independent of each other
+  std::vector<int> rest;  ///< R: all others
+  MatrixX factors;        ///< B × R: K, exact zeros where a column does not depend on another
 
   /// β for the values of all parameters.
   VectorX evaluate(const VectorX& x) const;

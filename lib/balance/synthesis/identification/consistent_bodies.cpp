@@ -167,7 +167,7 @@ ConsistentFit fit_consistent_bodies(const Mechanism& mechanism, const std::vecto
   ConsistentFit fit{.x = problem.start, .covariance = {}, .repaired = problem.repaired_bodies};
   VectorX gradient;
   MatrixX hessian;
-  for (fit.steps = 0; fit.steps < max_newton_steps; ++fit.steps) {
+  for (int step_count = 0; step_count < max_newton_steps; ++step_count) {
     problem.derivatives(fit.x, gradient, hessian);
     const VectorX scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
     const MatrixX scaled = scale.asDiagonal() * hessian * scale.asDiagonal();

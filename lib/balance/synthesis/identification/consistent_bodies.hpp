@@ -24,7 +24,6 @@ namespace balance::identification {
 struct ConsistentFit {
   VectorX x;           ///< per unknown [SI]
   MatrixX covariance;  ///< inverse of the Hessian: of unknowns, given that of the data
-  int steps = 0;
   bool is_converged = false;
   std::vector<std::string>
       repaired;  ///< bodies whose inertia in the spec is not that of a body; one of their size is meant

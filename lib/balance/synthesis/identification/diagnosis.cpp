@@ -136,13 +136,13 @@ class Diagnosis {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const auto i = static_cast<Eigen::Index>(c);
       for (const ChannelPiece& piece : channels[c].pieces) {
+        const MatrixX columns = base_columns(piece.columns, base);
         MatrixX jacobian(piece.measured.size(), B + 1);
-        jacobian.leftCols(B) = found.kappa[i] * base_columns(piece.columns, base);
+        jacobian.leftCols(B) = found.kappa[i] * columns;
         jacobian.col(B) = -piece.slope;
         jacobian /= found.residual_rms[i];
         VectorX residual =
-            (piece.measured - found.kappa[i] * (base_columns(piece.columns, base) * found.beta + piece.known)) /
-            found.residual_rms[i];
+            (piece.measured - found.kappa[i] * (columns * found.beta + piece.known)) / found.residual_rms[i];
         for (Eigen::Index k = 0; k < residual.size(); ++k)
           if (!piece.is_fitted[static_cast<std::size_t>(k)]) residual[k] = 0, jacobian.row(k).setZero();
         normal += jacobian.transpose() * jacobian;

@@ -53,12 +53,7 @@ std::vector<CompressedChannel> compress(const std::vector<Channel>& channels) {
   return compressed;
 }
 
-MatrixX base_columns(const MatrixX& columns, const BaseCombinations& base) {
-  MatrixX selected(columns.rows(), base.rank());
-  for (std::size_t k = 0; k < base.base.size(); ++k)
-    selected.col(static_cast<Eigen::Index>(k)) = columns.col(base.base[k]);
-  return selected;
-}
+MatrixX base_columns(const MatrixX& columns, const BaseCombinations& base) { return columns(Eigen::all, base.base); }
 
 namespace {
 
@@ -184,9 +179,10 @@ MatrixX robust_covariance(const std::vector<Channel>& channels, const BaseCombin
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const auto i = static_cast<Eigen::Index>(c);
       const ChannelPiece& piece = channels[c].pieces[p];
-      const VectorX effort = base_columns(piece.columns, base) * found.beta + piece.known;
+      const MatrixX columns = base_columns(piece.columns, base);
+      const VectorX effort = columns * found.beta + piece.known;
       MatrixX jacobian = MatrixX::Zero(T, size);
-      jacobian.leftCols(B) = found.kappa[i] / found.residual_rms[i] * base_columns(piece.columns, base);
+      jacobian.leftCols(B) = found.kappa[i] / found.residual_rms[i] * columns;
       for (std::size_t g = 0; g < unknown_gains.size(); ++g)
         if (unknown_gains[g] == c) jacobian.col(B + static_cast<Eigen::Index>(g)) = effort / found.residual_rms[i];
       VectorX residual = (piece.measured - found.kappa[i] * effort) / found.residual_rms[i];

@@ -91,7 +91,6 @@ class Identifier {
     const MatrixX covariance =
         robust_covariance(regression_.channels, base_, estimate_, gains_, options_.correlation_time);
     out_.base_covariance = covariance.topLeftCorner(base_.rank(), base_.rank());
-    out_.base_values = estimate_.beta;
     fit_bodies();
     report_base();
     report_unknowns();
@@ -180,7 +179,6 @@ class Identifier {
     const ConsistentFit fit = fit_consistent_bodies(mechanism_, unknowns_, A, b, options_.prior_weight);
     x_ = fit.x;
     posterior_ = fit.covariance;
-    out_.is_consistent_fit_converged = fit.is_converged;
     out_.mechanism = apply_values(mechanism_, unknowns_, x_);
     if (!fit.repaired.empty())
       out_.notes.push_back(fmt::format(
@@ -282,8 +280,7 @@ class Identifier {
         add_residuals(validation->channels[c], kappa, report.validation.emplace(), report.validation_series);
       if (channel.is_current) {
         report.gain = 1 / kappa;
-        report.is_gain_known = gains_[c].has_value();
-        if (!report.is_gain_known) {
+        if (!gains_[c]) {
           report.gain_deviation = std::sqrt(std::max(0.0, covariance(unknown_gain, unknown_gain))) / (kappa * kappa);
           ++unknown_gain;
         }

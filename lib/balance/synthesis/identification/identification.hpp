@@ -52,7 +52,6 @@ struct ChannelReport {
   std::optional<ChannelResidual> validation;
   double residual_rms = 0;                     ///< deviation by which the channel is weighted [as its unit]
   std::optional<double> gain, gain_deviation;  ///< of a current [N m/A or N/A]
-  bool is_gain_known = false;
   ChannelSeries training_series, validation_series;
 };
 
@@ -107,10 +106,8 @@ struct Identification {
   int structural_rank = 0;            ///< base parameters of the mechanism, friction included
   int found_rank = 0;                 ///< those that this motion finds
   double condition = 0;               ///< of columns of norm 1, of the base parameters found
-  bool is_consistent_fit_converged = true;
-  Mechanism mechanism;      ///< with the consistent values
-  VectorX base_values;      ///< per base parameter, least squares
-  MatrixX base_covariance;  ///< robust against correlated residuals
+  Mechanism mechanism;                ///< with the consistent values
+  MatrixX base_covariance;            ///< robust against correlated residuals
 };
 
 /// The identification of an invalid request: too few columns, gains and masses at once.

@@ -70,7 +70,6 @@ class MotionEquationsOf final : public MotionEquations::Implementation {
     out.inertial.noalias() = C_.transpose() * forces.torque;
     out.rate_map.noalias() = coordinate_rows_ * C_;
     out.rates = coordinate_rows_ * dy;
-    out.accelerations = coordinate_rows_ * ddy;
     out.input.resize(freedoms, static_cast<Eigen::Index>(mechanism.actuators.size()));
     for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
       out.input.col(static_cast<Eigen::Index>(a)) = out.rate_map.row(mechanism.actuators[a]).transpose();

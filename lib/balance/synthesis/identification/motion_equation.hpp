@@ -17,12 +17,11 @@
 namespace balance::identification {
 
 struct MotionEquation {
-  MatrixX inertial;       ///< n × P: Y, in the order of dynamics::list_parameters without springs
-  VectorX known;          ///< n: generalised forces of springs and loads [N m or N]
-  MatrixX input;          ///< n × actuators: B
-  MatrixX rate_map;       ///< coordinates × n: J; rows of joints that are cut and not linear are zero
-  VectorX rates;          ///< per coordinate of the mechanism: ṡ [rad/s or m/s]
-  VectorX accelerations;  ///< per coordinate of the mechanism: s̈
+  MatrixX inertial;  ///< n × P: Y, in the order of dynamics::list_parameters without springs
+  VectorX known;     ///< n: generalised forces of springs and loads [N m or N]
+  MatrixX input;     ///< n × actuators: B
+  MatrixX rate_map;  ///< coordinates × n: J; rows of joints that are cut and not linear are zero
+  VectorX rates;     ///< per coordinate of the mechanism: ṡ [rad/s or m/s]
   /// Force and moment (about the world's origin) on the frame: axes and 1 or 3 rows × P, world axes, weight included.
   MatrixX frame;
   VectorX known_frame;  ///< the same of loads; springs act between frame and bodies
