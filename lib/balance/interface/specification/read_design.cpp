@@ -6,6 +6,7 @@
 #include "balance/interface/specification/read_load_cases.hpp"
 #include "balance/interface/specification/read_objective.hpp"
 #include "balance/interface/specification/read_speeds.hpp"
+#include "balance/interface/specification/read_temporary_payloads.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/interface/specification/yaml_source.hpp"
 #include "balance/mechanics/model/eccentric_disc.hpp"

@@ -295,14 +295,14 @@ bool is_peak_of_efforts(const ObjectiveTerm& term) {
 }
 
 /// No distribution of redundant efforts has a smaller peak than the one of least peak without weights and bounds, of
-/// which the least value can be proved.
-/// @return std::nullopt if it is not proved within the time, or the problem is another one
-std::optional<double> bound_peak_of_efforts(const DesignSpace& space, const DesignStudyOptions& options) {
+/// which the least value can be proved: raises the bound to it, unless it is not proved within the time or the problem
+/// is another one.
+void raise_bound_of_peak_effort(DesignReport& report, const DesignSpace& space, const DesignStudyOptions& options) {
   constexpr double max_bound_time = 10;  // CPU time [s]
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
   const bool has_other_figures = terms.size() != 1 || !is_peak_of_efforts(terms.front()) || terms.front().weight <= 0 ||
                                  !space.start.design.subject_to.empty() || space.start.design.cases.size() > 0;
-  if (has_other_figures || has_linear_efforts(space.start.mechanism)) return std::nullopt;
+  if (has_other_figures || has_linear_efforts(space.start.mechanism)) return;
   DesignSpace relaxed = space;
   const auto relax = [](auto& mechanism) {
     mechanism.torque_distribution->method = model::DistributionMethod::min_peak;
@@ -318,7 +318,9 @@ std::optional<double> bound_peak_of_efforts(const DesignSpace& space, const Desi
   bounded.search.max_time = std::min(bounded.search.max_time, max_bound_time);
   bounded.motions = nullptr;
   const DesignOutcome outcome = solve_design(make_design_problem(relaxed, bounded));
-  return outcome.optimality == Optimality::proved_global ? std::optional(outcome.lower_bound) : std::nullopt;
+  if (outcome.optimality != Optimality::proved_global) return;
+  raise_lower_bound(report.outcome, outcome.lower_bound);
+  report.notes.push_back("the bound is that of all distributions of the efforts together");
 }
 
 DesignReport compute_design_report(const DesignSpace& spec_space, const DesignStudyOptions& options) {
@@ -346,10 +348,7 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
   }
   if (report.outcome.status == DesignStatus::unsolved) return report;
   if (report.outcome.optimality != Optimality::proved_global && is_design(report.outcome))
-    if (const std::optional<double> bound = bound_peak_of_efforts(space, options)) {
-      raise_lower_bound(report.outcome, *bound);
-      report.notes.push_back("the bound is that of all distributions of the efforts together");
-    }
+    raise_bound_of_peak_effort(report, space, options);
   if (report.outcome.x.size() > 0 && space.instantiate(report.outcome.x).is_other_mode)
     report.notes.push_back(
         "the design is in another assembly mode than the start values, whose mode does not exist at its lengths; "
