@@ -28,7 +28,6 @@ constexpr const char* footer =
     "standard input, an output file named - is written to standard output.\n\n"
     "Examples:\n"
     "  balance new 3rrr > 3rrr.yaml\n"
-    "  balance design 5r.yaml -o balanced.yaml\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n"
     "  balance compare a.h5 b.h5 --require 'peak(shaking_force) <= 0.9 * base'\n\n"
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
@@ -104,6 +103,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Balance", setup_conditions(program)),
       in_group("Balance", setup_design(program)),
       in_group("Balance", setup_tolerance(program)),
+      in_group("Balance", setup_excite(program)),
       in_group("Balance", setup_identify(program)),
       in_group("Move", setup_simulate(program)),
       in_group("Move", setup_control(program)),

@@ -5,7 +5,7 @@
 #include "balance/mechanics/dynamics/single_state.hpp"
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
-#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/simulation/prediction.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/help.hpp"
@@ -61,7 +61,7 @@ files::StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::st
                        .law = law_name(trajectory),
                        .drive = name_of(trajectory.drive)};
   try {
-    run.result = simulate(study.mechanism, trajectory);
+    run.result = simulate(study, trajectory);
   } catch (const std::invalid_argument& error) {
     throw SpecError(
         {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});

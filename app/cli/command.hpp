@@ -87,6 +87,7 @@ Command setup_conditions(CLI::App& program);
 Command setup_control(CLI::App& program);
 Command setup_design(CLI::App& program);
 Command setup_equations(CLI::App& program);
+Command setup_excite(CLI::App& program);
 Command setup_export(CLI::App& program);
 Command setup_identify(CLI::App& program);
 Command setup_import(CLI::App& program);

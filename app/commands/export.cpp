@@ -15,8 +15,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <filesystem>
-#include <map>
 #include <memory>
 
 namespace balance::app {
@@ -70,20 +68,13 @@ void write_file(const std::string& path, const std::string& text, bool force) {
   file.commit();
 }
 
-const std::map<std::string, foreign::RobotFormat> formats_by_name{
-    {"mjcf", foreign::RobotFormat::mjcf}, {"sdf", foreign::RobotFormat::sdf}, {"urdf", foreign::RobotFormat::urdf}};
-
 /// That of `--format`, or of the output's name.
 foreign::RobotFormat choose_format(const ExportOptions& call) {
-  if (!call.format.empty()) return formats_by_name.at(call.format);
-  const std::string extension = std::filesystem::path(call.output).extension().string();
-  if (extension == ".xml" || extension == ".mjcf") return foreign::RobotFormat::mjcf;
-  if (extension == ".sdf" || extension == ".world") return foreign::RobotFormat::sdf;
-  if (extension == ".urdf") return foreign::RobotFormat::urdf;
-  throw UsageError(
-      "expected --format, or an output that ends in .xml or .mjcf (MJCF), .sdf or .world (SDF), .urdf; "
-      "found " +
-      quote_for_message(call.output));
+  try {
+    return foreign::choose_robot_format(call.format, call.output);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--format: ") + error.what());
+  }
 }
 
 ExitCode run_whole(const ExportOptions& call) {

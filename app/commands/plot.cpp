@@ -8,6 +8,7 @@
 #include "balance/interface/reports/gnuplot.hpp"
 #include "balance/interface/reports/gnuplot_script.hpp"
 #include "balance/interface/reports/modes_request.hpp"
+#include "balance/interface/reports/plot_identification.hpp"
 #include "balance/interface/reports/plot_vibration.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "cli/command.hpp"
@@ -32,6 +33,8 @@
 #include <vector>
 
 namespace balance::app {
+
+constexpr const char* over_rate_abscissa = "rate";  // of identifications only
 
 using files::StoredRun;
 using reports::PlotPage;
@@ -106,8 +109,36 @@ reports::Plot choose_sweep_picture(const PlotOptions& options) {
   }
 }
 
+/// @throws UsageError
+reports::Plot choose_identification_picture(const PlotOptions& options, const reports::StoredIdentification& found) {
+  if (options.path || options.phase || options.orders || options.x == "angle" || options.x == "normalised")
+    throw UsageError(fmt::format("{}: a result of balance identify is drawn over time or --x rate", found.path));
+  const bool over_rate = options.x == over_rate_abscissa;
+  const std::vector<std::string> known = list_plot_names(found);
+  for (const std::string& name : options.quantities)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", quote_for_message(name), found.path,
+                                   append_nearest_name(name, known)));
+  const specification::SpecUnits units =
+      has_spec_units(options.units) ? specification::read_display_units(found.spec_text) : specification::SpecUnits{};
+  try {
+    reports::Plot picture = reports::plot_identification(
+        found,
+        options.quantities.empty() ? std::vector<std::string>{over_rate ? "friction" : "effort"} : options.quantities,
+        over_rate, units);
+    picture.title = options.title;
+    return picture;
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--x rate: ") + error.what());
+  }
+}
+
 reports::Plot read_picture(const PlotOptions& options) {
   if (!options.sweep.empty()) return choose_sweep_picture(options);
+  if (options.results.size() == 1)
+    if (const auto found = reports::read_identification(options.results.front()))
+      return choose_identification_picture(options, *found);
+  if (options.x == over_rate_abscissa) throw UsageError("--x rate: expected one result of balance identify --h5");
   std::vector<StoredRun> files;
   for (const std::string& name : options.results) {
     files.push_back(
@@ -159,6 +190,8 @@ Command setup_plot(CLI::App& program) {
       "The default is torque, shaking_force and shaking_moment. Several results share one picture. A spec,\n"
       "optionally followed by a colon and a trajectory, is simulated first. A phase plane shows the rate\n"
       "along the path over the position, with the largest allowed rate. gnuplot must be installed.\n\n"
+      "Of a result of balance identify --h5: effort (measured and predicted), residual, friction; effort[A1] is\n"
+      "one channel. --x rate draws them over the rates of moving joints.\n\n"
       "With --poses, paths are drawn with the mechanism: at the start, in the middle and at the end, or at N\n"
       "evenly spaced times, and of a spec without a motion as it is assembled. Mechanisms in space are projected; "
       "--plane isometric shows all three axes.\n\n"
@@ -172,6 +205,7 @@ Command setup_plot(CLI::App& program) {
       "  balance plot engine.yaml --orders 8 -o orders.svg\n"
       "  balance plot engine.yaml --quantity torque --x angle -o turning-moment.svg\n"
       "  balance plot 3rrr.yaml:fast --phase -o phase.svg\n"
+      "  balance plot found.h5 --x rate -o friction.svg\n"
       "  balance plot frame-on-mounts.yaml:run --sweep A=2:70 -o campbell.svg");
   return {parser, [options] { return run(*options); }};
 }
@@ -179,7 +213,7 @@ Command setup_plot(CLI::App& program) {
 namespace {
 
 const std::vector<std::string> views = {"magnitude", "components", "both"};
-const std::vector<std::string> abscissas = {"time", "normalised", "angle"};
+const std::vector<std::string> abscissas = {"time", "normalised", "angle", over_rate_abscissa};
 const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
 constexpr double min_page_side = 30, max_page_side = 1000;  // mm
 constexpr int default_pose_count = 3;
@@ -337,7 +371,8 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
                 {"torque",           "power",          "shaking_force",    "shaking_moment",     "ground_force",
                  "ground_moment",    "com_position",   "com_velocity",     "com_acceleration",   "tool_position",
                  "tool_orientation", "joint_position", "joint_velocity",   "joint_acceleration", "joint_force",
-                 "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations"});
+                 "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations",
+                 "torque_measured",  "torque_residual"});
   CLI::Option* path = parser.add_flag("--path", o.path, "draw the paths of tool and centre of mass instead");
   path->excludes(quantity);
   CLI::Option* phase =
@@ -364,7 +399,8 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
       ->excludes(path)
       ->excludes(phase);
   CLI::Option* abscissa =
-      choice("--x", o.x, "time, time by the duration, or the angle of what turns at constant speed", abscissas)
+      choice("--x", o.x, "time, time by the duration, the angle of what turns at constant speed, or the rate of joints",
+             abscissas)
           ->excludes(path)
           ->excludes(phase);
   parser.add_option("--orders", o.orders, "draw the amplitudes of the orders 1 to N of a motion at constant speed")

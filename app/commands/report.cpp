@@ -15,7 +15,7 @@
 #include "balance/interface/reports/modes_request.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
-#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/simulation/prediction.hpp"
 #include "balance/motion/vibration/mode_shape_run.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 #include "balance/synthesis/tolerance/robust_figure.hpp"
@@ -87,7 +87,7 @@ RunResult run_named(const Study& study, const std::string& name, const ReportOpt
   if (options.samples) trajectory.samples = *options.samples;
   try {
     result = options.controller.empty()
-                 ? simulate(study.mechanism, trajectory)
+                 ? simulate(study, trajectory)
                  : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study, options.controller));
   } catch (const std::invalid_argument& error) {
     result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};

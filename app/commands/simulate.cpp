@@ -8,7 +8,7 @@
 #include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/orders.hpp"
 #include "balance/motion/simulation/feasible_assembly_modes.hpp"
-#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/simulation/prediction.hpp"
 #include "balance/synthesis/verification/simulate_natural.hpp"
 
 #include <memory>
@@ -23,6 +23,7 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
     RunResult result = options.formulation == "natural"
                            ? verification::simulate_natural(study.mechanism, trajectory, progress)
                            : simulate(study.mechanism, trajectory, progress);
+    simulation::add_measured_efforts(study, trajectory, result);
     if (result.outcome.status == MotionStatus::done) return result;
     result.outcome.reason += simulation::describe_feasible_modes(study.mechanism, trajectory, result.outcome);
     throw MotionFailure(result.outcome);

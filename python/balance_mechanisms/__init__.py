@@ -10,8 +10,8 @@ SI units, world axes. docs/python.md describes the module, docs/spec.md the lang
 """
 
 from balance_mechanisms import _native
-from balance_mechanisms._reports import (Answer, Batch, Check, Comparison, Condition, Conditions, Design, Equations, Formula, Front,
-                                         Modes, Tolerance)
+from balance_mechanisms._reports import (Answer, Batch, Channel, ChannelSeries, Check, Comparison, Condition, Conditions, Design,
+                                         Equations, Formula, Front, Identification, Modes, Tolerance)
 from balance_mechanisms._errors import MechanismError, MotionError, SpecError
 from balance_mechanisms._files import Exported, batch, compare, export, import_, kinds, new, parts, read
 from balance_mechanisms._imported import Imported
@@ -23,7 +23,7 @@ from balance_mechanisms._spec import Spec, load
 __version__: str = _native.version
 GOALS = tuple(_native.goal_names)
 
-__all__ = ["GOALS", "AdaptationMove", "Answer", "Batch", "Check", "Comparison", "Condition", "Conditions", "Design", "Equations", "Exported", "Formula",
-           "Front", "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "ModelFile", "Modes", "MotionError",
-           "PayloadChange", "Quantity", "Run", "Spec", "SpecError", "Tolerance", "batch", "compare", "export",
-           "import_", "kinds", "load", "new", "parts", "read"]
+__all__ = ["GOALS", "AdaptationMove", "Answer", "Batch", "Channel", "ChannelSeries", "Check", "Comparison", "Condition", "Conditions", "Design",
+           "Equations", "Exported", "Formula", "Front", "Identification", "Imported", "InverseDynamics", "Mechanism", "MechanismError",
+           "Metric", "ModelFile", "Modes", "MotionError", "PayloadChange", "Quantity", "Run", "Spec", "SpecError", "Tolerance", "batch", "compare",
+           "export", "import_", "kinds", "load", "new", "parts", "read"]

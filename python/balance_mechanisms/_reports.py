@@ -249,6 +249,13 @@ class Design(Shown, Answer):
         return dict(self._native.values)
 
     @property
+    def parts(self) -> Dict[str, Any] | None:
+        """The parts from catalogues: `list` (each with `element`, `catalogue`, `sha256`, `part`, `count`, `mass`, `price`, `currency`), the
+        sums `mass` and `price`, `combinations`, `proved`, `lower_bound`; None without catalogues."""
+        parts: Dict[str, Any] | None = self.to_dict()["parts"]
+        return parts
+
+    @property
     def length_bound(self) -> Dict[str, Any] | None:
         """What is proved for all lengths: `lower_bound` and `best` in `unit`, `relative_gap`, `impossible`, `covers`, `not_covered`,
         `coverage`, `boxes`, `progress`; only `reason` if lengths are free but cannot be bounded; None without free lengths."""
@@ -415,6 +422,103 @@ class Modes(Answer):
         :param force: overwrite an existing file
         :raises FileExistsError: if it exists and `force` is not set
         :raises OSError: if it cannot be written
+        """
+        self._native.write(os.fspath(path), force)
+
+
+class ChannelSeries(NamedTuple):
+    """A channel at all rows of its records: index of the record, time [s], what was measured (low-passed) and what the identified mechanism
+    predicts [SI; currents in A], the part of it that is friction, rate of its coordinate, and whether that is not at rest."""
+
+    record: numpy.ndarray
+    time: numpy.ndarray
+    measured: numpy.ndarray
+    predicted: numpy.ndarray
+    friction: numpy.ndarray
+    rate: numpy.ndarray
+    moving: numpy.ndarray
+
+
+class Channel(NamedTuple):
+    """A measured effort, current or force on the frame. `gain` is the effort per ampere of a current, its deviation None if it was given;
+    `validation` is None without records, or spans of them, that were only predicted."""
+
+    name: str
+    unit: str
+    gain: float | None
+    gain_deviation: float | None
+    training: ChannelSeries
+    validation: ChannelSeries | None
+
+
+class Identification(Answer):
+    """What records of its motion say of a mechanism: base parameters, physically possible bodies, residuals."""
+
+    def __init__(self, native: _native.Identification) -> None:
+        super().__init__(native.json, native.text)
+        self._native = native
+        self._covariance = native.covariance
+        self._covariance.flags.writeable = False
+
+    def __repr__(self) -> str:
+        found = self.to_dict()
+        return f"<balance_mechanisms.Identification: {found['found_rank']} of {found['structural_rank']} base parameters>"
+
+    @property
+    def base_parameters(self) -> List[Dict[str, Any]]:
+        """The combinations of unknowns that motion can determine: `name` of the unknown whose factor is one, `combination` of the others,
+        `value`, `deviation` and `spec` [SI], `found`: by this motion."""
+        rows: List[Dict[str, Any]] = self.to_dict()["base_parameters"]
+        return rows
+
+    @property
+    def covariance(self) -> numpy.ndarray:
+        """Covariance of the base parameters, in their order [SI]."""
+        return self._covariance
+
+    @property
+    def channels(self) -> Dict[str, Channel]:
+        """What was measured, by name, with the predictions as arrays."""
+        found = {}
+        for name, unit, gain, deviation, training, validation in self._native.channels:
+            assert training is not None
+            found[name] = Channel(name, unit, gain, deviation, ChannelSeries(*training), ChannelSeries(*validation) if validation else None)
+        return found
+
+    @property
+    def bodies(self) -> List[Dict[str, Any]]:
+        """As `Mechanism.bodies`, with the physically possible masses, centres and inertias that were found."""
+        return self._native.mechanism.bodies
+
+    @property
+    def unknowns(self) -> List[Dict[str, Any]]:
+        """Every unknown with its `value`, `deviation` and `spec` [SI], and `determination`: what the records say of it."""
+        rows: List[Dict[str, Any]] = self.to_dict()["unknowns"]
+        return rows
+
+    @property
+    def warnings(self) -> List[str]:
+        """What should be checked: mistakes that the records seem to have, first."""
+        found = self.to_dict()
+        return [*(one["text"] for one in found["suspicions"]), *found["warnings"]]
+
+    def write_spec(self, path: str | os.PathLike[str], *, force: bool = False) -> List[str]:
+        """Writes the spec with the numbers that were found; complete or not at all.
+
+        :param force: overwrite an existing file
+        :returns: what it cannot say, such as friction that came out negative
+        :raises SpecError: if the form of the spec does not allow it: bodies from parts, anchors, shapes
+        :raises FileExistsError: if the file exists and `force` is not set
+        :raises OSError: if it cannot be written, or is the spec or a record
+        """
+        return self._native.write_spec(os.fspath(path), force)
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Writes base parameters with their covariance, unknowns and channels as HDF5 (docs/file-format.md); complete or not at all.
+
+        :param force: overwrite an existing file
+        :raises FileExistsError: if it exists and `force` is not set
+        :raises OSError: if it cannot be written, or is the spec or a record
         """
         self._native.write(os.fspath(path), force)
 

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
 from balance_mechanisms._display import Shown, Table, pretty_unit
-from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Modes, Tolerance
+from balance_mechanisms._reports import Check, Conditions, Design, Equations, Front, Identification, Modes, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
 from balance_mechanisms._model_file import ModelFile, write_model
@@ -22,6 +22,10 @@ Progress = Callable[[float], Any]
 
 def _words(names: Goals) -> List[str]:
     return [] if names is None else [names] if isinstance(names, str) else list(names)
+
+
+def _paths(files: Path | Sequence[Path]) -> List[str]:
+    return [os.fspath(files)] if isinstance(files, (str, os.PathLike)) else [os.fspath(file) for file in files]
 
 
 class Spec(Shown):
@@ -262,6 +266,42 @@ class Spec(Shown):
         :raises OSError: if the file cannot be written
         """
         return write_model(self._native, self.file, path, format, trajectory)
+
+    def identify(self, records: Path | Sequence[Path], *, validate: Path | Sequence[Path] = (),
+                 columns: Mapping[str, str | int] | None = None, rows: Tuple[int, int] | None = None,
+                 time: Tuple[float, float] | None = None, cutoff: float = 0, rest: float = 0.02,
+                 gain: Mapping[str, float] | None = None, find_gains: bool = False,
+                 loaded: Mapping[str, Path | Sequence[Path]] | None = None, find_payload: Goals = None, passive_friction: str = "viscous", prior_weight: float = 1,
+                 correlation: float = 1, hold_out: float = 0) -> Identification:
+        """Masses, inertia and friction from records of the machine's motion, as `balance identify` finds them.
+
+        :param records: files, CSV or HDF5, all with the same columns
+        :param validate: files that are only predicted
+        :param columns: what columns with other names are, by name or by number from 1: `{"A1": "q1", "A1.effort": 7}`
+        :param rows: first and last row of numbers to use, from 1
+        :param time: first and last time to use, in the spec's unit
+        :param cutoff: of the low-pass filter [Hz]; 0: from the motion
+        :param rest: rate below which a joint is at rest [rad/s or m/s]
+        :param gain: effort per ampere of actuators whose current was measured, by actuator [N m/A or N/A]; the others are
+            those of the spec's `current_gains`, or found
+        :param find_gains: find the gains that the spec states as well
+        :param loaded: the records, out of those named, in which a payload of the spec is carried; by payload
+        :param find_payload: payloads whose mass, centre of mass and inertia are to be found
+        :param passive_friction: `none`, `viscous` or `dry`: to be found in passive joints that have none in the spec
+        :param prior_weight: weight of the spec's bodies
+        :param correlation: time within which residuals are correlated, for deviations [s]
+        :param hold_out: of every two spans of this duration the second is only predicted [s]; 0: all are fitted
+        :raises MechanismError: if the records do not go with the mechanism, or determine nothing
+        :raises OSError: for a file that is no record of this mechanism, with its row and column
+        :raises SpecError: if the spec has something in which the equation of motion is not linear
+        :raises ValueError: if an argument has no such value
+        """
+        numbers = {"cutoff": float(cutoff), "rest": float(rest), "prior_weight": float(prior_weight), "correlation": float(correlation),
+                   "hold_out": float(hold_out)}
+        carried = [(name, file) for name, files in (loaded or {}).items() for file in _paths(files)]
+        return Identification(_native.identify(
+            self._native, _paths(records), _paths(validate), [(name, str(column)) for name, column in (columns or {}).items()], rows, time,
+            numbers, _numbers(gain or {}), find_gains, carried, _words(find_payload), passive_friction))
 
     def simulate(self, trajectory: str = "", *, samples: int | None = None, duration: float | None = None,
                  about: Sequence[float] | None = None, formulation: str = "tree", poses: bool = False,

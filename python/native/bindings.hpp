@@ -92,6 +92,7 @@ void bind_balancing(py::module_& m);
 void bind_equations(py::module_& m);
 void bind_modes(py::module_& m);
 void bind_tolerance(py::module_& m);
+void bind_identification(py::module_& m);
 void bind_comparing(py::module_& m);
 void bind_foreign(py::module_& m);
 

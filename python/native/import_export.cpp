@@ -57,11 +57,11 @@ py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& tex
   return py::make_tuple(exported.text, exported.changed, exported.notes);
 }
 
-py::tuple export_model(const std::shared_ptr<Spec>& spec, const std::string& format, const std::string& trajectory) {
-  const foreign::RobotFormat chosen = format == "sdf"    ? foreign::RobotFormat::sdf
-                                      : format == "urdf" ? foreign::RobotFormat::urdf
-                                                         : foreign::RobotFormat::mjcf;
-  const foreign::RobotExport exported = foreign::export_robot(spec->study(), chosen, trajectory);
+/// @param path may be empty
+py::tuple export_model(const std::shared_ptr<Spec>& spec, const std::string& format, const std::string& path,
+                       const std::string& trajectory) {
+  const foreign::RobotExport exported =
+      foreign::export_robot(spec->study(), foreign::choose_robot_format(format, path), trajectory);
   return py::make_tuple(exported.text, exported.notes, exported.missing);
 }
 
@@ -78,7 +78,7 @@ void bind_foreign(py::module_& m) {
   m.def("import_robot", &import_robot, py::arg("path"), py::arg("loops"), py::arg("fixed_base"), py::arg("actuate"));
   m.def("export_robot", &export_robot, py::arg("spec"), py::arg("text"), py::arg("file"), py::arg("loops"),
         py::arg("fixed_base"), py::arg("actuate"));
-  m.def("export_model", &export_model, py::arg("spec"), py::arg("format"), py::arg("trajectory"));
+  m.def("export_model", &export_model, py::arg("spec"), py::arg("format"), py::arg("path"), py::arg("trajectory"));
   m.def(
       "parts_csv", [](const Spec& spec) { return foreign::format_balancing_elements_csv(spec.study().mechanism); },
       py::arg("spec"));

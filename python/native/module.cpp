@@ -16,6 +16,7 @@ PYBIND11_MODULE(_native, m) {
   balance::python::bind_equations(m);
   balance::python::bind_modes(m);
   balance::python::bind_tolerance(m);
+  balance::python::bind_identification(m);
   balance::python::bind_comparing(m);
   balance::python::bind_foreign(m);
 }

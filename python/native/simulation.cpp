@@ -10,7 +10,7 @@
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/feasible_assembly_modes.hpp"
-#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/simulation/prediction.hpp"
 #include "balance/synthesis/verification/simulate_natural.hpp"
 
 #include <fmt/format.h>
@@ -87,6 +87,7 @@ std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajec
                                        {.hold_time = request.settle, .max_steps = request.steps, .progress = report})
             : request.formulation == "natural" ? verification::simulate_natural(mechanism, trajectory, report)
                                                : simulate(mechanism, trajectory, report);
+        if (!controller) simulation::add_measured_efforts(spec->study(), trajectory, result);
         if (!controller && result.outcome.status != MotionStatus::done)
           result.outcome.reason += simulation::describe_feasible_modes(mechanism, trajectory, result.outcome);
         if (request.poses && result.time.size() > 0)

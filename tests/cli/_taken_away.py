@@ -143,6 +143,8 @@ GOALS = ("force", "moment", "static", "dynamic")
 FORMS = (
     "check {spec}", "check {spec} --json", "check {spec} --verify",
     "modes {spec} --exact 0", "modes {spec} --exact 0 --json",
+    *(f"export {{spec}} -o {{out}}.{suffix}" for suffix in ("xml", "sdf", "urdf")), "export {spec} -o {out}.xml --json",
+    "excite {spec} --limit rate=2 --evaluations 3 --starts 1", "excite {spec} --limit rate=2 --evaluations 3 --starts 1 --json -o {out}.yaml",
     "simulate {spec}", "simulate {spec} --json", "simulate {spec} --split --csv {out}.csv --json", "simulate {spec} --samples 2 -o {out}.h5 --split",
     "simulate {spec} --samples 2 --csv {out}.csv", "simulate {spec} --formulation natural --json",
     *(f"conditions {{spec}} -g {goal}{form}" for goal in GOALS for form in ("", " --json", " --latex")),

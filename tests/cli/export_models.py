@@ -149,6 +149,10 @@ class ExportModels(Case):
         _, done = self.export(spec, "arm.urdf")
         for what in ("spring 's' between points", "the spring in 'J2'", "gravity"):
             self.assertIn(what, done.stderr)
+        _, done = self.export(os.path.join(CONFIGS, "planar-rrr.yaml"), "rrr.urdf", "--strict")
+        self.assertIn("set (0 -9.81 0) m/s^2 in the simulator", done.stderr)
+        _, done = self.export(os.path.join(CONFIGS, "machines", "5r-adapts.yaml"), "adapts.xml")
+        self.assertIn("moves of the counterweight", done.stderr)
         _, done = self.export(os.path.join(CONFIGS, "four-bar.yaml"), "four-bar.sdf")
         self.assertIn("closes a loop", done.stderr)
         _, done = self.export(os.path.join(CONFIGS, "rolling-on-a-plane.yaml"), "rolling.xml", "--strict", code=1)

@@ -131,6 +131,20 @@ class FiveBar(Identify):
             self.assertLess(numpy.sqrt(numpy.mean(error**2)), 0.01)
 
 
+    def test_pictures_of_efforts_residuals_and_friction(self):
+        found = self.path("found.h5")
+        self.assert_quiet_success(run("identify", FIVE_BAR, TRAIN, "--validate", VALIDATION, "--h5", found))
+        for options, quantity, lines in (([], "effort", 2), (["--quantity", "residual"], "residual", 1), (["--x", "rate"], "friction", 0)):
+            done = run("plot", found, *options, "-o", self.path("found.svg"), "--force", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            panels = json.loads(done.stdout)["panels"]
+            self.assertEqual([one["quantity"] for one in panels][:2], [quantity + "[A1]", quantity + "[A2]"])
+            self.assertEqual(len(panels[0]["lines"]), lines)
+        self.assert_failure(run("plot", found, "--quantity", "effort[A3]", "-o", self.path("a.svg")), 2, "nearest is 'effort[A1]'")
+        self.assert_failure(run("plot", found, "--path", "-o", self.path("a.svg")), 2, "is drawn over time or --x rate")
+        self.assert_failure(run("plot", FIVE_BAR, "--x", "rate", "-o", self.path("a.svg")), 2, "expected one result of balance identify")
+
+
 class RealArm(Identify):
     """Numbers of the arm as others found them: M. Gautier's group and figaroh-examples."""
 
@@ -311,8 +325,8 @@ class Logs(Identify):
 
     def test_currents_need_a_gain_or_a_known_payload(self):
         rows = self.rows()
-        spec = PENDULUM.replace("actuators:", "payloads: {cargo: {body: link, at: [0.5, 0], mass: 1}}\nactuators:")
-        spec = self.write("pendulum.yaml", spec)
+        text = PENDULUM.replace("actuators:", "payloads: {cargo: {body: link, at: [0.5, 0], mass: 1}}\nactuators:")
+        spec = self.write("pendulum.yaml", text)
         time, q, effort = rows.T
         ddq = -3.468 * numpy.sin(1.7 * time) - 4.805 * numpy.sin(3.1 * time)
         loaded = effort + 0.25 * ddq + 9.81 * 0.5 * numpy.cos(q)
@@ -330,6 +344,14 @@ class Logs(Identify):
         values = self.values(known)
         self.assertAlmostEqual(values["cargo.mx"], 0.5, delta=0.005)
         self.assertAlmostEqual(values["cargo.J"], 0.25, delta=0.005)
+        stated = self.write("stated.yaml", text + "current_gains: {A: 0.8}\n")
+        self.assertEqual(self.values(self.found(stated, empty, full, "--loaded", "cargo=" + full, "--find-payload", "cargo")), values)
+        wrong = self.write("wrong.yaml", text + "current_gains: 0.5\n")
+        out = self.path("gains.yaml")
+        again = self.found(wrong, empty, full, "--loaded", "cargo=" + full, "--find-gains", "-o", out)
+        self.assertEqual(again["channels"][0]["gain"], channel["gain"])
+        with open(out, encoding="utf-8") as file:
+            self.assertIn("current_gains: {A: 0.8", file.read())
         self.assert_failure(run("identify", spec, empty, full, "--loaded", "cargo=" + full, "--find-payload", "cargo"), 4,
                             "a payload and gains cannot be found from the same records")
 

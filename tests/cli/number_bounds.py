@@ -13,7 +13,7 @@ OPERANDS = {
     "batch": [os.path.join(CONFIGS, "suites", sorted(os.listdir(os.path.join(CONFIGS, "suites")))[0])],
     "check": [SPEC], "conditions": [SPEC], "control": [SPEC], "design": [SPEC], "equations": [SPEC], "report": [SPEC],
     "identify": [os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "identification", "data", name) for name in ("5r-spec.yaml", "5r-train.csv")],
-    "modes": [SPEC], "simulate": [SPEC], "tolerance": [SPEC],
+    "excite": [SPEC], "modes": [SPEC], "simulate": [SPEC], "tolerance": [SPEC],
 }
 # What else an option needs before it is looked at.
 COMPANIONS = {"--time": ["--at", "start"], "--seed": ["--monte-carlo", "10"]}

@@ -4,12 +4,12 @@
 #include "balance/foundation/numerics/random.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/motion/simulation/signal_processing.hpp"
 #include "balance/synthesis/identification/base_combinations.hpp"
 #include "balance/synthesis/identification/consistent_bodies.hpp"
 #include "balance/synthesis/identification/estimation.hpp"
 #include "balance/synthesis/identification/motion_equation.hpp"
 #include "balance/synthesis/identification/regression.hpp"
-#include "balance/synthesis/identification/signal_processing.hpp"
 
 #include <doctest/doctest.h>
 
@@ -17,6 +17,12 @@
 #include <numbers>
 
 namespace balance::identification {
+
+using simulation::derivative_margin;
+using simulation::differentiate;
+using simulation::find_bandwidth;
+using simulation::ZeroPhaseFilter;
+
 namespace {
 
 TEST_CASE("the low-pass passes slow signals, halves the cut-off and delays nothing") {

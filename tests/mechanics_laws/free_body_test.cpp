@@ -97,6 +97,10 @@ Motion unit_motion(const Run& run, long k, const balance::Joint& joint, int inde
       return {index == 0 ? u : Vector3(R * balance::rotation_about(joint.axis, q[0]) * joint.axis2), {0, 0, 0}};
     case JointType::planar:
       return index == 2 ? Motion{u, {0, 0, 0}} : Motion{{0, 0, 0}, index == 0 ? v : Vector3(u.cross(v))};
+    case JointType::free:
+      if (index < 3) return {{0, 0, 0}, R.col(index)};
+      index -= 3, q += 3;
+      [[fallthrough]];
     case JointType::spherical: {
       Matrix3 turned = R;
       if (index > 0) turned = turned * balance::rotation_about(Vector3::UnitX(), q[0]);

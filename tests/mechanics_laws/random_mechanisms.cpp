@@ -73,9 +73,9 @@ class Maker {
   JointType type() {
     using enum JointType;
     static const JointType flat[] = {revolute, revolute, revolute, prismatic, pin_slot, JointType::planar, fixed};
-    static const JointType space[] = {revolute,  revolute,  prismatic,         cylindrical,
-                                      universal, spherical, JointType::planar, fixed};
-    return planar_ ? flat[pick(7)] : space[pick(8)];
+    static const JointType space[] = {revolute,  revolute,          prismatic, cylindrical,    universal,
+                                      spherical, JointType::planar, fixed,     JointType::free};
+    return planar_ ? flat[pick(7)] : space[pick(9)];
   }
 
   void add_body(int b) {
@@ -98,7 +98,7 @@ class Maker {
     for (int attempt = 0; attempt < 20; ++attempt) {
       const JointType kind = type();
       const int lost = (planar_ ? 3 : 6) - joint_degrees_of_freedom(kind);
-      if (kind == JointType::fixed || freedoms_ - lost < 1) continue;
+      if (kind == JointType::fixed || lost == 0 || freedoms_ - lost < 1) continue;
       const bool forward = chance(0.5);
       Joint closing = joint(kind, forward ? ground : last, forward ? last : ground);
       const Pose &a = world[closing.first], &b = world[closing.second];

@@ -32,6 +32,9 @@ Pose displacement(const balance::Joint& joint, bool planar, const double* q) {
       out.R = rotation_about(x, q[0]) * rotation_about(y, q[1]) * rotation_about(z, q[2]);
       break;
     case JointType::planar: out = {rotation_about(u, q[2]), q[0] * v + q[1] * u.cross(v)}; break;
+    case JointType::free:
+      out = {rotation_about(x, q[3]) * rotation_about(y, q[4]) * rotation_about(z, q[5]), {q[0], q[1], q[2]}};
+      break;
     case JointType::rolling_disc: {
       const Matrix3 leaning = rotation_about(u, q[2]) * rotation_about(v, q[3]);
       out = {leaning * rotation_about(u.cross(v), q[4]), q[0] * v + q[1] * u.cross(v) + joint.radius * leaning * u};

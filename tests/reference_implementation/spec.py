@@ -34,6 +34,11 @@ def binds_rates(raw):
     return "constraints" in raw or (rolls and raw["space"] == "spatial")
 
 
+def buys_parts(raw):
+    """Parts of catalogues have no numbers before they are chosen, nor have shapes masses; tests/cli/catalogue.py has them."""
+    return any({"catalogue", "shape"} & set(part) for section in ("springs", "counterweights") for part in (raw.get(section) or {}).values())
+
+
 def carrier(item):
     """The body that something is on: `on` is the older key."""
     return item["body"] if "body" in item else item["on"]

@@ -21,7 +21,7 @@ import numpy as np
 from laws import LAWS
 from mechanism import Mechanism
 from reference import at_indices
-from spec import Spec, binds_rates
+from spec import Spec, binds_rates, buys_parts
 from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
@@ -36,7 +36,7 @@ def cases(chosen):
         name = os.path.basename(path)[:-5]
         raw = Spec.load(path)
         # tests/cli/include.py holds what is made of parts against what is written out.
-        if "bodies" not in raw or "motion" not in raw or "include" in raw or binds_rates(raw):
+        if "bodies" not in raw or "motion" not in raw or "include" in raw or binds_rates(raw) or buys_parts(raw):
             continue
         for trajectory, entry in (raw.get("trajectories") or {}).items():
             path_kind = entry.get("path", "line")

@@ -20,7 +20,7 @@ import numpy as np
 
 from conditions import NoConditions, configurations, derive, every_name
 from mechanism import Mechanism
-from spec import Spec, binds_rates
+from spec import Spec, binds_rates, buys_parts
 from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
@@ -42,7 +42,7 @@ def cases(chosen):
     for path in (path for folder in folders for path in sorted(glob.glob(os.path.join(folder, "*.yaml")))):
         name = os.path.basename(path)[:-5]
         raw = Spec.load(path)
-        if "bodies" not in raw or "include" in raw or binds_rates(raw):
+        if "bodies" not in raw or "include" in raw or binds_rates(raw) or buys_parts(raw):
             continue
         goals = [g for g in FEWER_GOALS.get(name, GOALS) if not chosen or name in chosen or f"{name}:{g}" in chosen]
         if goals:

@@ -19,7 +19,7 @@ import numpy as np
 
 from conditions import configurations, derive, every_name, values
 from mechanism import Mechanism
-from spec import Spec
+from spec import Spec, buys_parts
 from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
@@ -63,6 +63,7 @@ def judge(path):
 def main():
     todo = [path for path in sorted(glob.glob(os.path.join(CONFIGS, "*.yaml")))
             if "{free:" in open(path, encoding="utf-8").read() and "goal" in Spec.load(path).get("design", {})
+            and not buys_parts(Spec.load(path))
             and (not sys.argv[1:] or os.path.basename(path)[:-5] in sys.argv[1:])]
     if not todo:
         sys.exit("no design to judge")

@@ -98,7 +98,8 @@ TEST_CASE("mistakes in what to design for are named") {
        "s.yaml:37:10: design.gaol: unknown key: expected goal, speeds, minimize, front, subject_to, choose, "
        "all_different, assembly_mode, search, for, across or adapt, found 'gaol'; nearest is 'goal'"},
       {"minimize: added-mass", "minimize: add-mass",
-       "s.yaml:37:34: design.minimize: expected what to minimize (added-mass, added-inertia or total-mass, or a figure "
+       "s.yaml:37:34: design.minimize: expected what to minimize (added-mass, added-inertia, total-mass, part-mass or "
+       "price, or a figure "
        "along a trajectory such as {rms: torque}), found 'add-mass'; nearest is 'added-mass'"},
       {"minimize: added-mass", "minimize: ~", "s.yaml:37:34: design.minimize: expected what to minimize"},
       {"minimize: added-mass", "minimize: []", "s.yaml:37:34: design.minimize: expected at least one term"},

@@ -31,6 +31,10 @@ const titles = {
   sliding_variable: "Sliding variable",
   torque_variation: "Torque, sum of all changes",
   force_variation: "Force, sum of all changes",
+  torque_measured: "Torque, measured",
+  force_measured: "Force, measured",
+  torque_residual: "Torque, measured minus computed",
+  force_residual: "Force, measured minus computed",
   saturation: "Torque at its limit",
   energy: "Energy",
 };

@@ -13,7 +13,8 @@ export function drawLumps(stage, layer) {
       continue;
     }
     if (counterweight) arm(stage, lump, [x, y]);
-    if (counterweight) stage.circle([x, y], r);
+    if (lump.shape) solid(stage, lump);
+    else if (counterweight) stage.circle([x, y], r);
     else square(pen, x, y, 0.886 * r);
     pen.globalAlpha = 0.85;
     pen.fillStyle = counterweight ? palette.weight : palette.payload;
@@ -21,6 +22,27 @@ export function drawLumps(stage, layer) {
     pen.globalAlpha = 1;
     stage.ink(palette["link-edge"], 1);
     pen.stroke();
+  }
+}
+
+/** The outline of a solid: a path in the stage's units. */
+function solid(stage, lump) {
+  const {shape, position, body} = lump;
+  const [c, s] = shape.direction;
+  const at = (u, v) => stage.at(body, [position[0] + c * u - s * v, position[1] + s * u + c * v, 0]);
+  const arc = (radius, from, to) =>
+    Array.from({length: 41}, (_, i) => {
+      const angle = from + ((to - from) * i) / 40;
+      return at(radius * Math.cos(angle) - shape.axis_distance, radius * Math.sin(angle));
+    });
+  const [R, r, half] = [shape.diameter / 2, shape.inner_diameter / 2, shape.opening / 2];
+  if (shape.kind === "plate") {
+    const [l, w] = [shape.length / 2, shape.width / 2];
+    stage.path([at(-l, -w), at(l, -w), at(l, w), at(-l, w), at(-l, -w)]);
+  } else if (shape.kind === "sector") {
+    stage.path([...arc(R, -half, half), ...arc(r, half, -half), arc(R, -half, half)[0]]);
+  } else {
+    stage.path(r > 0 ? [...arc(R, 0, 2 * Math.PI), ...arc(r, 2 * Math.PI, 0)] : arc(R, 0, 2 * Math.PI));
   }
 }
 

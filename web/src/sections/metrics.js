@@ -6,7 +6,7 @@ import {titleOf} from "../charts/quantities.js";
 import {lawTables} from "./law.js";
 import {orderCharts} from "./orders.js";
 
-const main = ["torque", "force", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
+const main = ["torque", "force", "torque_residual", "force_residual", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
 const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "force_variation", "saturation"];
 
 function label({quantity, unit}) {

@@ -20,8 +20,8 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/prediction.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
-#include "balance/motion/simulation/simulate.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
@@ -432,7 +432,7 @@ class CaseRun {
   RunResult run_or_throw(const Study& study, const Trajectory& trajectory) const {
     try {
       RunResult result = suite_case_.controller.empty()
-                             ? simulate(study.mechanism, trajectory)
+                             ? simulate(study, trajectory)
                              : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study));
       require_done(result.outcome);
       return result;

@@ -7,9 +7,29 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <sstream>
+#include <stdexcept>
+#include <utility>
 
 namespace balance::foreign {
+
+RobotFormat choose_robot_format(const std::string& name, const std::string& file) {
+  using Choice = std::pair<const char*, RobotFormat>;
+  static constexpr std::array names{Choice{"mjcf", RobotFormat::mjcf}, Choice{"sdf", RobotFormat::sdf},
+                                    Choice{"urdf", RobotFormat::urdf}};
+  static constexpr std::array suffixes{Choice{".xml", RobotFormat::mjcf}, Choice{".mjcf", RobotFormat::mjcf},
+                                       Choice{".sdf", RobotFormat::sdf}, Choice{".world", RobotFormat::sdf},
+                                       Choice{".urdf", RobotFormat::urdf}};
+  for (const auto& [word, format] : names)
+    if (name == word) return format;
+  if (name.empty())
+    for (const auto& [suffix, format] : suffixes)
+      if (file.ends_with(suffix)) return format;
+  throw std::invalid_argument(
+      "expected mjcf, sdf or urdf, or a file that ends in .xml or .mjcf (MJCF), .sdf or .world (SDF), .urdf; found " +
+      quote_for_message(name.empty() ? file : name));
+}
 
 const char* name_of(RobotFormat format) {
   switch (format) {

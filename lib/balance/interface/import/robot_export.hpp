@@ -10,6 +10,10 @@ namespace balance::foreign {
 
 enum class RobotFormat { mjcf, sdf, urdf };
 
+/// That of a name (mjcf, sdf, urdf), or without one that of a file's suffix (.xml, .mjcf, .sdf, .world, .urdf).
+/// @throws std::invalid_argument if neither says it; the message says what is expected
+RobotFormat choose_robot_format(const std::string& name, const std::string& file);
+
 /// "MJCF".
 const char* name_of(RobotFormat format);
 

@@ -58,10 +58,14 @@ std::vector<Step> list_motions(const Joint& joint) {
   return {};
 }
 
+/// The one that the file stands at the start of; nullptr if there is none.
+const Trajectory* find_trajectory(const Study& study, const std::string& name) {
+  return study.trajectories.empty() && name.empty() ? nullptr : &study::choose_trajectory(study, name);
+}
+
 /// All coordinates at the start; empty if there is nothing that determines them.
 std::vector<double> find_start(const Study& study, const std::string& name) {
-  const Trajectory* trajectory =
-      study.trajectories.empty() && name.empty() ? nullptr : &study::choose_trajectory(study, name);
+  const Trajectory* trajectory = find_trajectory(study, name);
   const kinematics::ConfigurationResult result =
       trajectory != nullptr
           ? simulation::find_start_configuration(study.mechanism, *trajectory)
@@ -414,7 +418,13 @@ class RobotTreeBuilder {
 }  // namespace
 
 RobotTree make_robot_tree(const Study& study, const std::string& trajectory, ReferencePose reference) {
-  return RobotTreeBuilder(study, trajectory, reference).build();
+  RobotTree tree = RobotTreeBuilder(study, trajectory, reference).build();
+  if (const Trajectory* motion = find_trajectory(study, trajectory))
+    for (const auto& adaptation : motion->adaptations)
+      tree.missing.push_back(fmt::format(
+          "moves of the counterweight {}",
+          quote_for_message(study.mechanism.attachments[static_cast<std::size_t>(adaptation.attachment)].name)));
+  return tree;
 }
 
 }  // namespace balance::foreign

@@ -53,7 +53,8 @@ class UrdfWriter {
       if (link.joint != nullptr && (link.joint->stiffness != 0 || link.joint->preload != 0))
         out_.missing.push_back(fmt::format("the spring in {}", quote_for_message(link.joint->name)));
     report_split_couplings(tree_, out_.missing);
-    out_.missing.push_back(fmt::format("gravity, ({}) m/s^2", format_xml_numbers(tree_.gravity)));
+    out_.notes.push_back(
+        fmt::format("a URDF has no gravity: set ({}) m/s^2 in the simulator", format_xml_numbers(tree_.gravity)));
     if (std::any_of(links_.begin(), links_.end(), [](const AxisLink& link) { return link.link == nullptr; }))
       out_.notes.emplace_back(
           "joints with several coordinates are chains of joints with links without mass, "

@@ -2,6 +2,7 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/result_group.hpp"
+#include "balance/interface/reports/catalogue_sections.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/length_bound_sections.hpp"
 #include "balance/interface/reports/load_case_sections.hpp"
@@ -293,12 +294,14 @@ void write_design(const std::string& path, const DesignReportData& view, const f
                   const files::WriteOptions& options) {
   write_hdf5_file(path, description, options, [&](Hdf5Writer& file) {
     describe_design(file, view);
-    write_rows(file, hdf5::root_group, list_designed_numbers(view.report), designed_number_fields());
+    if (!view.report.free_numbers.empty())
+      write_rows(file, hdf5::root_group, list_designed_numbers(view.report), designed_number_fields());
     add_conditions(file, view);
     write_order_rows(file, view.conditions);
     write_fields(file, hdf5::root_group, view.report, size_fields());
     if (!view.objective.empty()) write_fields(file, hdf5::root_group, view, objective_fields(view));
     if (view.report.length_bound) add_length_bound(file, *view.report.length_bound);
+    if (view.report.catalogue) add_parts(file, *view.report.catalogue);
     add_runs(file, view.report, options);
   });
 }
@@ -419,6 +422,7 @@ void add_outcome(Json& json, const DesignReportData& view) {
   json["constraints"] = limits_json(view);
   json["least_violation"] = outcome.min_violation_bound;
   json["length_bound"] = length_bound_json(view.report.length_bound);
+  json["parts"] = parts_json(view.report.catalogue);
 }
 
 void add_notes(Json& json, const DesignReportData& view) {
@@ -581,6 +585,14 @@ std::string length_bound_line(const DesignReport& report) {
              : fmt::format("no proof for all lengths: {}\n", bound->reason);
 }
 
+/// Of a search over rows of catalogues; other proofs leave no gap.
+std::string proved_gap_text(const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const double gap = (outcome.objective - outcome.lower_bound) / std::abs(outcome.objective);
+  const bool has_gap = view.report.catalogue && view.report.catalogue->is_searched && gap > 1e-12;
+  return has_gap ? fmt::format("{:.2g} %", 100 * gap) : "0";
+}
+
 /// What is known of its optimality.
 std::string optimality_line(const DesignReportData& view, const specification::SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
@@ -603,8 +615,8 @@ std::string optimality_line(const DesignReportData& view, const specification::S
       if (std::isnan(outcome.lower_bound))
         return fmt::format("optimality: proved-best: no other choice has a smaller residual of the conditions{}\n",
                            exhaustion);
-      return fmt::format("optimality: proved-best: nothing is below {}, a gap of 0{}\n",
-                         files::format_figure(unit.convert(outcome.lower_bound)), exhaustion);
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of {}{}\n",
+                         files::format_figure(unit.convert(outcome.lower_bound)), proved_gap_text(view), exhaustion);
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, {}\n", search_summary,
                          proof_state(outcome, optimum)) +
@@ -707,6 +719,7 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
 
 std::string numbers_text(const DesignReportData& view, const files::TextOptions& options) {
   const DesignReport& report = view.report;
+  if (report.free_numbers.empty()) return "";
   files::TextTable table = files::rows_table<DesignedNumber>(
       list_designed_numbers(report), designed_number_fields(options), options.units,
       [&](const DesignedNumber& one) { return find_number_unit(one.key_path, options); });
@@ -888,7 +901,8 @@ std::string design_text(const DesignReportData& view, const files::TextOptions& 
   if (!hidden.empty()) comparisons += fmt::format("\nalong {}: see --verbose\n", joined(hidden));
   const std::string text =
       fmt::format("{}: {}\n{}{}\n", view.conditions.title, headline(view), reasons(view, options.units), losses) +
-      numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
+      parts_text(view.report.catalogue, view.objective_unit, options) + numbers_text(view, options) +
+      conditions_table(view, options) + cost_text(view.report, options.units) +
       load_cases_text(view.report, options, hidden) + comparisons + notes_text(view);
   return files::wrap_lines(text, options.width);
 }

@@ -6,6 +6,7 @@
 #include "balance/interface/reports/load_case_sections.hpp"
 #include "balance/interface/specification/balanced_spec.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
@@ -106,10 +107,33 @@ std::string select_designed_mode(const std::string& text, const DesignSpace& spa
 
 }  // namespace
 
+namespace {
+
+/// The study whose text names the parts that were chosen.
+Study name_chosen_parts(Study study, const DesignReport& report) {
+  if (!report.catalogue) return study;
+  for (std::size_t k = 0; k < study.catalogue_choices.size(); ++k) {
+    const study::CatalogueChoice &before = study.catalogue_choices[k], &chosen = report.catalogue->choices[k];
+    if (!before.is_free) continue;
+    const auto row = static_cast<std::size_t>(chosen.row);
+    study.rewrites.push_back(
+        {before.begin, before.end,
+         fmt::format("{{file: {}, part: {}, count: {}}}", specification::format_scalar(chosen.file->name),
+                     specification::format_scalar(chosen.parts[row]), chosen.counts[row]),
+         -1});
+  }
+  std::stable_sort(study.rewrites.begin(), study.rewrites.end(),
+                   [](const auto& a, const auto& b) { return a.begin < b.begin; });
+  return study;
+}
+
+}  // namespace
+
 DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& report) {
+  const Study named = name_chosen_parts(space.start, report);
   const std::vector<std::string> laws = make_law_expressions(report);
   const std::vector<study::OptionalElementText> omitted_elements = list_omitted_elements(report);
-  DesignedSpec spec{specification::format_balanced_spec(space.start, report.outcome.x, laws), {}};
+  DesignedSpec spec{specification::format_balanced_spec(named, report.outcome.x, laws), {}};
   try {
     spec.text = select_designed_mode(spec.text, space, report);
     if (const std::string difference = find_difference(read_spec(spec.text, space.start.spec_file), report.study_after);
@@ -121,7 +145,7 @@ DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& 
   if (spec.refusal || omitted_elements.empty()) return spec;
   try {
     const std::string reduced_text = select_designed_mode(
-        specification::format_balanced_spec(space.start, report.outcome.x, laws, omitted_elements), space, report);
+        specification::format_balanced_spec(named, report.outcome.x, laws, omitted_elements), space, report);
     read_spec(reduced_text, space.start.spec_file);
     spec.text = reduced_text;
   } catch (const SpecError&) {

@@ -148,6 +148,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 void extend(AxisRange& range, const PlotPanel& panel, double PlotPoint::*coordinate) {
   for (const PlotLine& line : panel.lines) extend(range, line.points, coordinate);
+  for (const PlotMarker& mark : panel.marks) extend(range, mark.points, coordinate);
   for (const PlotShape& shape : panel.shapes)
     for (const std::vector<PlotPoint>& piece : shape.pieces) extend(range, piece, coordinate);
 }
@@ -293,8 +294,9 @@ std::string stroke(const LineStyle& pen) {
 }
 
 std::string stroke(const PlotMarker& mark) {
-  return fmt::format("pointtype {} pointsize 0.6 linewidth 1 linecolor rgb '{}'",
-                     mark.shape == MarkerShape::circle ? 6 : 7, mark.colour);
+  return fmt::format("pointtype {} pointsize {} linewidth 1 linecolor rgb '{}'",
+                     mark.shape == MarkerShape::circle ? 6 : 7, mark.shape == MarkerShape::dot ? 0.15 : 0.6,
+                     mark.colour);
 }
 
 std::string plot_command(const PlotPanel& panel, std::size_t index) {

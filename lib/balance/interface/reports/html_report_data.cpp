@@ -109,8 +109,32 @@ Json joint_json(const Joint& joint) {
   return json;
 }
 
+const char* shape_kind_name(model::ShapeKind kind) {
+  switch (kind) {
+    case model::ShapeKind::cylinder: return "cylinder";
+    case model::ShapeKind::ring: return "ring";
+    case model::ShapeKind::sector: return "sector";
+    case model::ShapeKind::plate: return "plate";
+  }
+  return "";
+}
+
+Json shape_json(const model::Shape& shape) {
+  return {{"kind", shape_kind_name(shape.kind)},
+          {"diameter", shape.diameter},
+          {"inner_diameter", shape.inner_diameter},
+          {"length", shape.length},
+          {"width", shape.width},
+          {"thickness", shape.thickness},
+          {"opening", shape.opening},
+          {"axis_distance", shape.axis_distance},
+          {"direction", position_json(shape.rotation.col(0))},
+          {"axis", position_json(shape.rotation.col(2))}};
+}
+
 Json attachment_json(const Attachment& a) {
   return {{"name", a.name},
+          {"shape", a.shape ? shape_json(*a.shape) : Json(nullptr)},
           {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
           {"body", a.body},
           {"position", position_json(a.position)},

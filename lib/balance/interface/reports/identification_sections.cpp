@@ -231,7 +231,7 @@ std::string figures_text(const Identification& found, const TextOptions& options
   files::add_text_column(table, "value", files::Align::right, values);
   files::add_text_column(table, "±", files::Align::right, deviations);
   files::add_text_column(table, "spec", files::Align::right, spec);
-  if (!missing.empty() && found.channels.back().signal.kind != identification::MeasuredSignal::Kind::frame)
+  if (!missing.empty() && found.channels.back().signal.kind != MeasuredSignal::Kind::frame)
     missing += "measure force and moment on the frame (fx, fy, m) to find them\n";
   return format_table(table, options.width) + missing;
 }
@@ -263,8 +263,15 @@ std::string identification_text(const Identification& found, const std::string& 
 
 namespace {
 
+/// Empty for a component of the frame, which has no rate.
+std::string rate_unit_of(const ChannelReport& channel, const Mechanism& mechanism) {
+  if (channel.signal.kind == MeasuredSignal::Kind::frame) return "";
+  const CoordinateId coordinate = mechanism.actuators[static_cast<std::size_t>(channel.signal.index)];
+  return is_length_coordinate(mechanism, coordinate) ? "m/s" : "rad/s";
+}
+
 void write_series(Hdf5Writer& file, Hdf5Writer::Group parent, const std::string& name, const ChannelSeries& series,
-                  const std::string& unit) {
+                  const std::string& unit, const std::string& rate_unit) {
   if (series.time.empty()) return;
   const Hdf5Writer::Group group = file.add_group(parent, name);
   const Hdf5Writer::Dimension row = file.add_dimension(group, {"time", "time", "s", {}, {}}, series.time);
@@ -274,7 +281,8 @@ void write_series(Hdf5Writer& file, Hdf5Writer::Group parent, const std::string&
   };
   add("measured", "measured, low-passed", unit, series.measured);
   add("predicted", "predicted by the identified mechanism", unit, series.predicted);
-  add("rate", "rate of the channel's coordinate", "1", series.rate);
+  add("friction", "friction of the identified mechanism, a part of predicted", unit, series.friction);
+  if (!rate_unit.empty()) add("rate", "rate of the channel's coordinate", rate_unit, series.rate);
   const std::vector<int> moving(series.moving.begin(), series.moving.end());
   file.add_variable(group, {"moving", "1 where the coordinate is not at rest", "1", {row}, {}},
                     std::span<const int>(moving));
@@ -310,8 +318,9 @@ void write_identification(const std::string& path, const Identification& found, 
     const Hdf5Writer::Group channels = file.add_group("channels");
     for (const ChannelReport& one : found.channels) {
       const Hdf5Writer::Group channel = file.add_group(channels, one.name);
-      write_series(file, channel, "training", one.training_series, one.unit);
-      write_series(file, channel, "validation", one.validation_series, one.unit);
+      const std::string rate_unit = rate_unit_of(one, found.mechanism);
+      write_series(file, channel, "training", one.training_series, one.unit, rate_unit);
+      write_series(file, channel, "validation", one.validation_series, one.unit, rate_unit);
     }
   });
 }

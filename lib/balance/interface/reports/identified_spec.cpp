@@ -44,6 +44,7 @@ class IdentifiedSpecWriter {
     for (Disc& disc : expected_.discs) make_possible(disc);
     for (std::size_t k = 0; k < found_.unknowns.size(); ++k) write_element(k);
     write_friction();
+    write_gains();
     write_tolerances();
     IdentifiedSpec spec;
     try {
@@ -136,6 +137,27 @@ class IdentifiedSpecWriter {
       set({"friction", study_.mechanism.coordinates[static_cast<std::size_t>(friction.coordinate)].name},
           "{" + text + "}");
     }
+  }
+
+  /// Those of the spec too, which may state one for all.
+  void write_gains() {
+    std::map<CoordinateId, double> gains(study_.current_gains.begin(), study_.current_gains.end());
+    bool has_currents = false;
+    for (const identification::ChannelReport& channel : found_.channels) {
+      if (!channel.gain) continue;
+      gains[study_.mechanism.actuators[static_cast<std::size_t>(channel.signal.index)]] = *channel.gain;
+      has_currents = true;
+    }
+    if (!has_currents) return;
+    std::string text;
+    for (const auto& [coordinate, gain] : gains) {
+      const double effort =
+          is_length_coordinate(study_.mechanism, coordinate) ? units_.force : units_.force * units_.length;
+      text += fmt::format("{}{}: {}", text.empty() ? "" : ", ",
+                          study_.mechanism.coordinates[static_cast<std::size_t>(coordinate)].name,
+                          format_yaml_number(gain / effort));
+    }
+    set({"current_gains"}, "{" + text + "}");
   }
 
   /// Deviations of base parameters, as those of the numbers that they are named after: the others are then exact by

@@ -49,7 +49,11 @@ struct PlotLine {
   std::vector<PlotPoint> points;
 };
 
-enum class MarkerShape { circle, filled_circle };
+enum class MarkerShape {
+  circle,
+  filled_circle,
+  dot,  ///< one of thousands
+};
 
 struct PlotMarker {
   std::string label;  ///< in the legend; empty: none

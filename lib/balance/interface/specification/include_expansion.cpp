@@ -30,8 +30,9 @@ constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies", 
                                           "discs",       "loads",     "springs",  "dampers",        "friction"};
 /// Sections of a part that are ignored, so that it can be run by itself.
 constexpr const char* ignored_sections[]{
-    "name",        "space",  "gravity", "units",   "tool",      "trajectories",       "speeds",
-    "controllers", "motion", "design",  "include", "workspace", "torque_distribution"};
+    "name",        "space",  "gravity", "units",   "tool",      "trajectories",        "speeds",
+    "controllers", "motion", "design",  "include", "workspace", "torque_distribution", "current_gains",
+    "materials"};
 
 long count_nodes(const YamlNode& node) {
   long count = 1 + static_cast<long>(node.keys.size());

@@ -263,8 +263,9 @@ ValueKind value_kind(const std::string& key) {
   if (key == "connects" || key == "between") return ValueKind::reference;
   if (key == "body" || key == "on") return ValueKind::body;
   if (key == "follows" || key == "joint") return ValueKind::coordinate;
-  if (key == "type" || key == "frame" || key == "about" || key == "interpolation") return ValueKind::word;
-  return key == "file" ? ValueKind::file : ValueKind::number;
+  if (key == "type" || key == "frame" || key == "about" || key == "interpolation" || key == "material")
+    return ValueKind::word;
+  return key == "file" || key == "catalogue" ? ValueKind::file : ValueKind::number;
 }
 
 class PartRenamer {
@@ -384,8 +385,12 @@ class PartRenamer {
 
   void rename_value(YamlNode& node, ValueKind kind) {
     if (node.kind == YamlNode::Kind::scalar) rename_text(node, kind);
-    for (std::size_t i = 0; i < node.items.size(); ++i)
-      rename_value(node.items[i], i < node.keys.size() ? value_kind(node.keys[i].text) : kind);
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      const std::string key = i < node.keys.size() ? node.keys[i].text : "";
+      if (key == "columns" || (kind == ValueKind::file && (key == "part" || key == "start")))
+        continue;  // of a catalogue
+      rename_value(node.items[i], i < node.keys.size() ? value_kind(key) : kind);
+    }
   }
 
   void rename_text(YamlNode& node, ValueKind kind) {

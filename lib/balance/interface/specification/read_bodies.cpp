@@ -1,6 +1,8 @@
 // Bodies and what they carry: counterweights, payloads, discs.
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_catalogue.hpp"
+#include "balance/interface/specification/read_shape.hpp"
 #include "balance/interface/specification/read_temporary_payloads.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/mechanics/model/mechanism_conversion.hpp"
@@ -36,7 +38,8 @@ namespace {
 /// Keys of everything that a body carries.
 struct AttachedKeys {
   std::optional<BodyId> body;
-  std::optional<SpecCursor> at, mass, inertia;
+  std::optional<SpecCursor> at, mass, inertia, shape;
+  CatalogueKeys catalogue;
 };
 
 int read_carrier(const SpecCursor& at, const StudyBuilder& draft) {
@@ -52,16 +55,75 @@ std::vector<Field> attached_fields(AttachedKeys& carried, StudyBuilder& draft) {
           {"inertia", Presence::optional, [&](const SpecCursor& c) { carried.inertia = c; }}};
 }
 
+/// What a catalogue may say of a counterweight: its mass and inertia, or sizes of its shape.
+std::vector<CatalogueProperty> list_attachment_properties(bool has_shape) {
+  if (!has_shape) return {{"mass", dimension::mass}, {"inertia", dimension::inertia}};
+  return {{"diameter", dimension::length},
+          {"inner_diameter", dimension::length},
+          {"thickness", dimension::length},
+          {"length", dimension::length},
+          {"width", dimension::length}};
+}
+
+/// Parts side by side have the masses of all, about a common centre of mass; parts with a shape are stacked.
+void read_stock_attachment(const SpecCursor& at, const AttachedKeys& carried, StudyBuilder& draft,
+                           model::AttachmentOf<Expression>& attachment) {
+  const CatalogueNumbers row =
+      read_catalogue(at.path(), carried.catalogue, draft, list_attachment_properties(carried.shape.has_value()));
+  if (carried.shape) {
+    std::vector<std::pair<std::string, Expression>> sizes = row.all();
+    for (auto& [name, value] : sizes)
+      if (name == "thickness") value = row.count * value;
+    const SolidE solid = read_shape(*carried.shape, draft, sizes);
+    attachment.shape = solid.shape, attachment.mass = solid.mass, attachment.inertia = solid.inertia;
+    attachment.position = attachment.position + solid.centre;
+    return;
+  }
+  const auto key = [](const std::optional<SpecCursor>& c) { return c ? &*c : nullptr; };
+  const std::optional<Expression> mass =
+      choose_number(&row, "mass", key(carried.mass), draft, dimension::mass, SignConstraint::not_negative);
+  if (!mass)
+    carried.catalogue.catalogue->fail(
+        {.expected = "a catalogue with a column of 'mass', or that key", .found = "none"});
+  attachment.mass = row.count * *mass;
+  if (const std::optional<Expression> inertia = row.find("inertia")) {
+    if (carried.inertia)
+      choose_number(&row, "inertia", &*carried.inertia, draft, dimension::inertia, SignConstraint::none);
+    attachment.inertia(2, 2) = row.count * *inertia;
+    if (!draft.planar()) attachment.inertia(0, 0) = attachment.inertia(1, 1) = row.count * *inertia;
+  } else if (carried.inertia) {
+    attachment.inertia = read_inertia_value(*carried.inertia, draft);
+    check_inertia(*carried.inertia, attachment.inertia, draft, model::InertiaOwner::attachment);
+  }
+}
+
 void read_attachment(const SpecCursor& at, StudyBuilder& draft, model::AttachmentOf<Expression>& attachment) {
   AttachedKeys carried;
   PresenceKeys presence;
   std::vector<Field> fields = attached_fields(carried, draft);
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  fields.push_back({"shape", Presence::optional, store_in(carried.shape)});
+  for (Field& field : carried.catalogue.fields()) fields.push_back(std::move(field));
+  if (at.has_entry("shape") || at.has_entry("catalogue")) fields[2].need = Presence::optional;
   for (Field& field : presence_fields(at, attachment.kind, presence)) fields.push_back(std::move(field));
   read_fields(at, "a mass {body, at, mass}", fields);
   read_presence(presence, draft, attachment);
   attachment.body = carried.body.value_or(model::ground);
   if (carried.at)
     draft.problems.collect([&] { attachment.position = read_position(*carried.at, draft, carried.body); });
+  if (carried.shape)
+    for (const auto& [key, name] : {std::pair(&carried.mass, "mass"), std::pair(&carried.inertia, "inertia")})
+      if (*key)
+        (*key)->fail({.expected = fmt::format("no '{}' with 'shape', which determines it", name), .found = "both"});
+  if (carried.catalogue.catalogue) return read_stock_attachment(at, carried, draft, attachment);
+  for (const std::optional<SpecCursor>* key : {&carried.catalogue.columns, &carried.catalogue.count})
+    if (*key) (*key)->fail({.expected = "'catalogue' (a file) as well", .found = "none"});
+  if (carried.shape) {
+    const SolidE solid = read_shape(*carried.shape, draft);
+    attachment.shape = solid.shape, attachment.mass = solid.mass, attachment.inertia = solid.inertia;
+    attachment.position = attachment.position + solid.centre;
+    return;
+  }
   if (carried.mass)
     draft.problems.collect(
         [&] { attachment.mass = read_number(*carried.mass, draft, dimension::mass, SignConstraint::not_negative); });

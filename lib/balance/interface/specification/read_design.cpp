@@ -283,6 +283,58 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
 
 namespace {
 
+/// The trajectories that figures of the design name, else all that do not depend on the mechanism.
+std::vector<std::string> list_design_motions(const Study& study) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (const ObjectiveTerm& term : study.design.minimize) add(term.trajectory);
+  for (const study::FigureLimit& limit : study.design.subject_to)
+    for (const ObjectiveTerm& term : limit.terms) add(term.trajectory);
+  for (const auto& terms : study.design.front.figures)
+    for (const ObjectiveTerm& term : terms) add(term.trajectory);
+  if (!names.empty()) return names;
+  for (const Trajectory& trajectory : study.trajectories)
+    if (!is_mechanism_dependent(trajectory) && trajectory.adaptations.empty()) add(trajectory.name);
+  return names;
+}
+
+}  // namespace
+
+void limit_spring_travel(Study& study) {
+  const bool has_design = !study.design.goals.empty() || !study.design.minimize.empty() ||
+                          !study.design.subject_to.empty() || study.design.front;
+  const bool has_travel = std::any_of(study.mechanism.springs.begin(), study.mechanism.springs.end(),
+                                      [](const Spring& spring) { return spring.has_travel(); });
+  if (!has_design || !has_travel) return;
+  const std::vector<std::string> motions = list_design_motions(study);
+  for (const Spring& spring : study.mechanism.springs) {
+    if (!spring.has_travel()) continue;
+    for (const std::string& motion : motions) {
+      ObjectiveTerm term;
+      term.figure = Statistic::minimum;
+      term.quantity = "spring_margin[" + spring.name + "]";
+      term.trajectory = motion;
+      const bool is_stated = std::any_of(
+          study.design.subject_to.begin(), study.design.subject_to.end(), [&](const study::FigureLimit& limit) {
+            return limit.is_lower && limit.terms.size() == 1 && limit.terms[0].quantity == term.quantity &&
+                   limit.terms[0].trajectory == motion && limit.terms[0].figure == Statistic::minimum &&
+                   limit.bound >= 0;
+          });
+      if (is_stated) continue;
+      study::FigureLimit limit;
+      limit.text = fmt::format("minimum({}, {}) >= 0", term.quantity, motion);
+      limit.terms = {term};
+      limit.is_lower = true;
+      limit.unit = "m";
+      study.design.subject_to.push_back(std::move(limit));
+    }
+  }
+}
+
+namespace {
+
 constexpr long min_pareto_points = 3, max_pareto_points = 200;
 
 /// A figure without a weight > 0 cannot be traded off.

@@ -17,6 +17,10 @@ std::vector<study::CardinalityRequest> read_cardinality_requests(const SpecCurso
 /// @param root document of the spec's text
 void find_optional_element_texts(const YamlNode& root, Study& study);
 
+/// Adds the limits of a design that keep springs within their travel along all motions that its figures name or, if
+/// they name none, along all that the spec declares.
+void limit_spring_travel(Study& study);
+
 // Figures of a trade-off.
 
 /// A list of two or three figures, each as in `minimize`, or {of: such a list, points: number of designs}.

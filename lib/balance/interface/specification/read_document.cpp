@@ -7,6 +7,7 @@
 #include "balance/interface/specification/read_bushings.hpp"
 #include "balance/interface/specification/read_design.hpp"
 #include "balance/interface/specification/read_load_cases.hpp"
+#include "balance/interface/specification/read_shape.hpp"
 #include "balance/interface/specification/read_temporary_payloads.hpp"
 #include "balance/interface/specification/read_tolerance_section.hpp"
 #include "balance/interface/specification/read_workspace.hpp"
@@ -118,11 +119,12 @@ class SectionIndex {
   explicit SectionIndex(const SpecCursor& root) {
     std::vector<Field> fields;
     for (const char* name :
-         {"name",      "space",       "gravity",  "parameters", "units",        "include",
-          "ground",    "bodies",      "joints",   "couplings",  "constraints",  "speeds",
-          "actuators", "tool",        "assembly", "motion",     "trajectories", "counterweights",
-          "payloads",  "discs",       "loads",    "springs",    "dampers",      "bushings",
-          "friction",  "controllers", "design",   "tolerances", "workspace",    "torque_distribution"}) {
+         {"name",      "space",        "gravity",  "parameters", "units",        "include",
+          "ground",    "bodies",       "joints",   "couplings",  "constraints",  "speeds",
+          "actuators", "tool",         "assembly", "motion",     "trajectories", "counterweights",
+          "payloads",  "discs",        "loads",    "springs",    "dampers",      "bushings",
+          "friction",  "controllers",  "design",   "tolerances", "workspace",    "torque_distribution",
+          "materials", "current_gains"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back({key, required ? Presence::required : Presence::optional,
@@ -192,10 +194,12 @@ void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   for (const auto& wheel : draft.rolling_couplings) mechanism.couplings.push_back(wheel);
   read_section("actuators", [&](const SpecCursor& c) { read_actuators(c, draft); });
   read_section("torque_distribution", [&](const SpecCursor& c) { read_torque_distribution(c, draft); });
+  read_section("current_gains", [&](const SpecCursor& c) { read_current_gains(c, draft); });
   read_section("tool", [&](const SpecCursor& c) { read_tool(c, draft); });
   if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.mark_invalid("tool");
   read_section("constraints", [&](const SpecCursor& c) { read_constraints(c, draft); });
   read_section("assembly", [&](const SpecCursor& c) { mechanism.assembly = read_coordinate_values(c, draft); });
+  read_section("materials", [&](const SpecCursor& c) { read_materials(c, draft); });
   read_section("counterweights",
                [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::counterweight); });
   read_section("payloads", [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::payload); });
@@ -234,6 +238,7 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
   if (const SpecCursor* tolerances = sections["tolerances"])
     draft.problems.collect([&] { draft.study.tolerances = read_tolerances(*tolerances, draft); });
   if (const SpecCursor* design = sections["design"]) read_design(*design, draft);
+  limit_spring_travel(draft.study);
 }
 
 /// @param root null: it is parsed here

@@ -1,6 +1,7 @@
 // Loads, springs, friction.
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_catalogue.hpp"
 #include "balance/interface/specification/spec_table.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 
@@ -226,6 +227,8 @@ void read_load(const SpecCursor& at, StudyBuilder& draft, model::LoadOf<Expressi
 /// Keys of a spring; the units of its numbers depend on where it is.
 struct SpringKeys {
   std::optional<SpecCursor> between, joint, stiffness, free_length, rest, preload, damping;
+  std::optional<SpecCursor> initial_tension, shortest_length, longest_length, cable;
+  CatalogueKeys catalogue;
 };
 
 /// A spring is between points or in a joint; each kind has its own keys.
@@ -240,24 +243,90 @@ void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
     fail_exclusive("one of: 'between' (two points), 'joint' (a coordinate)", keys.between.has_value());
   if (keys.rest && keys.preload) fail_exclusive("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
   const std::string length = "'free_length' for a spring between points";
+  for (const auto& [entry, name] :
+       {std::pair(&keys.initial_tension, "'initial_tension'"), std::pair(&keys.shortest_length, "'shortest_length'"),
+        std::pair(&keys.longest_length, "'longest_length'"), std::pair(&keys.cable, "'cable'")})
+    if (keys.joint && *entry)
+      (*entry)->fail(
+          {.expected = fmt::format("{} only of a spring between points", name), .found = "a spring in a joint"});
+  if (!keys.catalogue.catalogue) {
+    if (!keys.stiffness) at.fail_missing({"stiffness"});
+    if (keys.catalogue.columns)
+      keys.catalogue.columns->fail({.expected = "'catalogue' (a file) as well", .found = "none"});
+  }
   const std::string rest = "'rest' or 'preload' for a spring in a joint";
   if (keys.joint && keys.free_length) keys.free_length->fail({.expected = rest, .found = "'free_length'"});
   for (const auto& [entry, name] : {std::pair(&keys.rest, "'rest'"), std::pair(&keys.preload, "'preload'")})
     if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});
 }
 
+/// Force at an end of the straight line of a spring's law, and the lengths for which it holds. `count` equal springs
+/// side by side are one of their stiffness together; an inextensible cable in series adds to all lengths.
+void read_spring_travel(const SpringKeys& keys, const CatalogueNumbers* catalogue, StudyBuilder& draft,
+                        model::SpringOf<Expression>& spring) {
+  const auto read = [&](const char* name, const std::optional<SpecCursor>& key, Dimension number_dimension) {
+    std::optional<Expression> number;
+    draft.problems.collect([&] {
+      number =
+          choose_number(catalogue, name, key ? &*key : nullptr, draft, number_dimension, SignConstraint::not_negative);
+    });
+    return number;
+  };
+  const Expression cable = read("cable", keys.cable, dimension::length).value_or(0);
+  const Expression closed = read("free_length", keys.free_length, dimension::length).value_or(0);
+  const std::optional<Expression> tension = read("initial_tension", keys.initial_tension, dimension::force);
+  spring.shortest_length = read("shortest_length", keys.shortest_length, dimension::length);
+  spring.longest_length = read("longest_length", keys.longest_length, dimension::length);
+  if (spring.shortest_length && spring.longest_length &&
+      spring.shortest_length->value() > spring.longest_length->value())
+    (keys.longest_length ? *keys.longest_length : *keys.catalogue.catalogue)
+        .fail({.expected = "a 'longest_length' of at least the 'shortest_length'",
+               .found = fmt::format("{:.6g} m and {:.6g} m", spring.longest_length->value(),
+                                    spring.shortest_length->value())});
+  spring.free_length = closed;
+  if (tension) {
+    // the length at which the tension would vanish; a spring without stiffness is absent
+    const Expression line = closed - *tension / spring.stiffness;
+    constexpr double round_off = 1e-14;
+    const Expression is_zero = expression::less_equal(expression::abs(line), round_off * closed);
+    const Expression is_absent = expression::equal(spring.stiffness, 0);
+    spring.free_length = expression::select(is_absent, closed, expression::select(is_zero, 0, line));
+    spring.slack_length = closed + cable;
+  }
+  spring.free_length = spring.free_length + cable;
+  for (std::optional<Expression>* end : {&spring.shortest_length, &spring.longest_length})
+    if (*end) *end = **end + cable;
+}
+
+/// What a catalogue may say of a spring.
+std::vector<CatalogueProperty> list_spring_properties(bool is_joint_spring, Dimension force, Dimension displacement) {
+  if (is_joint_spring)
+    return {{"stiffness", force / displacement},
+            {"rest", displacement, SignConstraint::none},
+            {"preload", force, SignConstraint::none}};
+  return {{"stiffness", force / displacement},
+          {"free_length", displacement},
+          {"initial_tension", force},
+          {"shortest_length", displacement},
+          {"longest_length", displacement}};
+}
+
 void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expression>& spring) {
   SpringKeys keys;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
-  read_fields(at, "a spring {between or joint, stiffness}",
-              {{"between", Presence::optional, store_in(keys.between)},
-               {"joint", Presence::optional, store_in(keys.joint)},
-               {"stiffness", Presence::required, store_in(keys.stiffness)},
-               {"table", Presence::optional, [](const SpecCursor&) {}},  // read_tabulated_spring()
-               {"free_length", Presence::optional, store_in(keys.free_length)},
-               {"rest", Presence::optional, store_in(keys.rest)},
-               {"preload", Presence::optional, store_in(keys.preload)},
-               {"damping", Presence::optional, store_in(keys.damping)}});
+  std::vector<Field> fields{{"between", Presence::optional, store_in(keys.between)},
+                            {"joint", Presence::optional, store_in(keys.joint)},
+                            {"stiffness", Presence::optional, store_in(keys.stiffness)},
+                            {"free_length", Presence::optional, store_in(keys.free_length)},
+                            {"initial_tension", Presence::optional, store_in(keys.initial_tension)},
+                            {"shortest_length", Presence::optional, store_in(keys.shortest_length)},
+                            {"longest_length", Presence::optional, store_in(keys.longest_length)},
+                            {"cable", Presence::optional, store_in(keys.cable)},
+                            {"rest", Presence::optional, store_in(keys.rest)},
+                            {"preload", Presence::optional, store_in(keys.preload)},
+                            {"damping", Presence::optional, store_in(keys.damping)}};
+  for (Field& field : keys.catalogue.fields()) fields.push_back(std::move(field));
+  read_fields(at, "a spring {between or joint, stiffness}", fields);
   if (!at.is_map() || !draft.problems.collect([&] { check_spring_form(at, keys); })) return;
   Dimension displacement = dimension::length, force = dimension::force;
   const auto read_joint = [&] {
@@ -273,11 +342,36 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
                         SignConstraint sign) {
     if (c) draft.problems.collect([&] { number = read_number(*c, draft, number_dimension, sign); });
   };
-  read(keys.stiffness, spring.stiffness, force / displacement, SignConstraint::not_negative);
-  read(keys.free_length, spring.free_length, displacement, SignConstraint::not_negative);
-  read(keys.preload, spring.preload, force, SignConstraint::none);
-  read(keys.rest, rest, displacement, SignConstraint::none);
-  if (keys.rest) spring.preload = spring.stiffness * rest;
+  std::optional<CatalogueNumbers> catalogue;
+  Expression count = 1;
+  if (keys.catalogue.catalogue) {
+    catalogue = read_catalogue(at.path(), keys.catalogue, draft,
+                               list_spring_properties(keys.joint.has_value(), force, displacement));
+    count = catalogue->count;
+  } else if (keys.catalogue.count) {
+    count = static_cast<double>(read_integer(*keys.catalogue.count, draft, 1, 1000));
+  }
+  const CatalogueNumbers* row = catalogue ? &*catalogue : nullptr;
+  const auto read_either = [&](const char* name, const std::optional<SpecCursor>& key, Expression& number,
+                               Dimension number_dimension, SignConstraint sign) {
+    std::optional<Expression> found;
+    draft.problems.collect(
+        [&] { found = choose_number(row, name, key ? &*key : nullptr, draft, number_dimension, sign); });
+    if (found) number = *found;
+    return found.has_value();
+  };
+  const bool has_stiffness =
+      read_either("stiffness", keys.stiffness, spring.stiffness, force / displacement, SignConstraint::not_negative);
+  if (row != nullptr && !has_stiffness && !keys.stiffness)
+    keys.catalogue.catalogue->fail(
+        {.expected = "a catalogue with a column of 'stiffness', or that key", .found = "none"});
+  if (keys.between) read_spring_travel(keys, row, draft, spring);
+  const bool has_preload = read_either("preload", keys.preload, spring.preload, force, SignConstraint::none);
+  const bool has_rest = read_either("rest", keys.rest, rest, displacement, SignConstraint::none);
+  if (has_preload && has_rest) at.fail({.expected = "'rest' or 'preload'", .found = "both"});
+  if (has_rest) spring.preload = spring.stiffness * rest;
+  spring.stiffness = count * spring.stiffness;
+  spring.preload = count * spring.preload;
   if (!keys.damping) return;
   if (keys.between) return add_spring_damper(*keys.damping, spring, draft);
   model::FrictionOf<Expression> damper;

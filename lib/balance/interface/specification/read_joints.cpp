@@ -1,5 +1,6 @@
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_catalogue.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
 #include "balance/interface/specification/study_builder.hpp"
 #include "balance/mechanics/model/couplings.hpp"
@@ -352,9 +353,33 @@ namespace {
 struct CouplingKeys {
   std::optional<SpecCursor> joint, combination, ratio, offset;
   std::optional<CoordinateId> follower, leader;
+  CatalogueKeys catalogue;
 };
 
-bool read_ratio(const CouplingKeys& keys, StudyBuilder& draft, model::CouplingOf<Expression>& coupling) {
+/// The ratio of a row: as such, or as that of teeth of two wheels, which turn in opposite directions unless one of them
+/// has teeth inside.
+Expression read_stock_ratio(const SpecCursor& at, const CouplingKeys& keys, StudyBuilder& draft,
+                            Dimension ratio_dimension) {
+  const CatalogueNumbers row = read_catalogue(at.path(), keys.catalogue, draft,
+                                              {{"ratio", ratio_dimension, SignConstraint::none},
+                                               {"teeth", dimension::dimensionless, SignConstraint::positive},
+                                               {"teeth_of_leader", dimension::dimensionless, SignConstraint::positive},
+                                               {"internal", dimension::dimensionless}});
+  if (keys.ratio) keys.ratio->fail({.expected = "no 'ratio' with 'catalogue', whose rows have it", .found = "both"});
+  if (keys.catalogue.count) keys.catalogue.count->fail({.expected = "no 'count' for a coupling", .found = "it"});
+  if (const std::optional<Expression> ratio = row.find("ratio")) return *ratio;
+  const std::optional<Expression> teeth = row.find("teeth"), of_leader = row.find("teeth_of_leader");
+  if (!teeth || !of_leader)
+    keys.catalogue.catalogue->fail(
+        {.expected = "a catalogue with a column of 'ratio', or columns of 'teeth' and 'teeth_of_leader'",
+         .found = "none"});
+  const Expression outside = -(*of_leader / *teeth);
+  const std::optional<Expression> internal = row.find("internal");
+  return internal ? expression::select(expression::equal(*internal, 0), outside, -outside) : outside;
+}
+
+bool read_ratio(const SpecCursor& at, const CouplingKeys& keys, StudyBuilder& draft,
+                model::CouplingOf<Expression>& coupling) {
   const auto& coordinates = draft.mechanism().coordinates;
   const auto unit = [&](std::optional<CoordinateId> c) {
     return c ? dimension_of(coordinates[static_cast<std::size_t>(*c)].kind) : dimension::dimensionless;
@@ -363,9 +388,13 @@ bool read_ratio(const CouplingKeys& keys, StudyBuilder& draft, model::CouplingOf
     if (!keys.follower) throw CascadingError();
     coupling.leader = read_followed(*keys.combination, draft, unit(keys.follower));
   });
-  const bool is_ratio_read = !keys.ratio || draft.problems.collect([&] {
+  const bool is_ratio_read = (!keys.ratio && !keys.catalogue.catalogue) || draft.problems.collect([&] {
     const Dimension ratio_dimension =
         keys.combination ? dimension::dimensionless : unit(keys.follower) / unit(keys.leader);
+    if (keys.catalogue.catalogue) {
+      coupling.ratio = read_stock_ratio(at, keys, draft, ratio_dimension);
+      return;
+    }
     coupling.ratio = read_number(*keys.ratio, draft, ratio_dimension);
     if (is_fixed_zero(*keys.ratio, coupling.ratio, draft))
       keys.ratio->fail({.expected = "a ratio other than 0 (a joint that does not move is 'fixed')", .found = "0"});
@@ -384,24 +413,26 @@ bool is_rolling(const StudyBuilder& draft, CoordinateId coordinate) {
 void read_coupling(const SpecCursor& at, StudyBuilder& draft, model::CouplingGraph& leaders) {
   auto& mechanism = draft.mechanism();
   CouplingKeys keys;
-  const bool read = read_fields(at, "a coupling {joint, follows, ratio}",
-                                {{"joint", Presence::required,
-                                  [&](const SpecCursor& c) {
-                                    keys.joint = c;
-                                    keys.follower = read_coordinate(c, draft);
-                                  }},
-                                 {"follows", Presence::required,
-                                  [&](const SpecCursor& c) {
-                                    if (c.is_map())
-                                      keys.combination = c;
-                                    else
-                                      keys.leader = read_coordinate(c, draft);
-                                  }},
-                                 {"ratio", has_several_leaders(at) ? Presence::optional : Presence::required,
-                                  [&](const SpecCursor& c) { keys.ratio = c; }},
-                                 {"offset", Presence::optional, [&](const SpecCursor& c) { keys.offset = c; }}});
+  std::vector<Field> fields{
+      {"joint", Presence::required,
+       [&](const SpecCursor& c) {
+         keys.joint = c;
+         keys.follower = read_coordinate(c, draft);
+       }},
+      {"follows", Presence::required,
+       [&](const SpecCursor& c) {
+         if (c.is_map())
+           keys.combination = c;
+         else
+           keys.leader = read_coordinate(c, draft);
+       }},
+      {"ratio", has_several_leaders(at) || at.has_entry("catalogue") ? Presence::optional : Presence::required,
+       [&](const SpecCursor& c) { keys.ratio = c; }},
+      {"offset", Presence::optional, [&](const SpecCursor& c) { keys.offset = c; }}};
+  for (Field& field : keys.catalogue.fields()) fields.push_back(std::move(field));
+  const bool read = read_fields(at, "a coupling {joint, follows, ratio}", fields);
   model::CouplingOf<Expression> coupling;
-  if (!read_ratio(keys, draft, coupling) || !read) return;
+  if (!read_ratio(at, keys, draft, coupling) || !read) return;
   coupling.follower = *keys.follower;
   if (keys.leader) coupling.leader = *keys.leader;
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;

@@ -144,7 +144,9 @@ struct NamedSize {
 
 constexpr NamedSize size_names[]{{"added-mass", ObjectiveTerm::Size::added_mass},
                                  {"added-inertia", ObjectiveTerm::Size::added_inertia},
-                                 {"total-mass", ObjectiveTerm::Size::total_mass}};
+                                 {"total-mass", ObjectiveTerm::Size::total_mass},
+                                 {"part-mass", ObjectiveTerm::Size::part_mass},
+                                 {"price", ObjectiveTerm::Size::price}};
 
 struct NamedFigure {
   const char* name;
@@ -437,7 +439,9 @@ const std::vector<NamedFigureTerm>& terms_by_name() {
                                                   {distance_name, {.figure = Statistic::maximum}},
                                                   {"added_mass", {.size = Size::added_mass}},
                                                   {"added_inertia", {.size = Size::added_inertia}},
-                                                  {"total_mass", {.size = Size::total_mass}}};
+                                                  {"total_mass", {.size = Size::total_mass}},
+                                                  {"part_mass", {.size = Size::part_mass}},
+                                                  {"price", {.size = Size::price}}};
   return names;
 }
 

@@ -2,6 +2,7 @@
 #include "balance/interface/specification/read_adaptations.hpp"
 #include "balance/interface/specification/read_free_motion.hpp"
 #include "balance/interface/specification/read_law.hpp"
+#include "balance/interface/specification/read_measured.hpp"
 #include "balance/interface/specification/read_path.hpp"
 #include "balance/interface/specification/read_pose.hpp"
 #include "balance/interface/specification/read_secondary_tasks.hpp"
@@ -448,9 +449,34 @@ void assemble_trajectory(const TrajectoryAssembly& assembly) {
   });
 }
 
+/// A trajectory that follows a record has no other keys than these.
+void read_measured_trajectory(const SpecCursor& at, const MotionDefaults& defaults, StudyBuilder& draft,
+                              TrajectoryOf<Expression>& trajectory) {
+  std::optional<SpecCursor> measured;
+  std::optional<long> samples;
+  trajectory.about = defaults.about.value_or(Vector3E::Zero());
+  const bool is_read =
+      read_fields(at, "a trajectory {measured: {file: log.csv}}",
+                  {{"measured", Presence::required, [&](const SpecCursor& c) { measured = c; }},
+                   {"samples", Presence::optional,
+                    [&](const SpecCursor& c) {
+                      samples = read_integer(c, draft, trajectory::min_samples, trajectory::max_samples);
+                    }},
+                   {"about", Presence::optional,
+                    [&](const SpecCursor& c) { trajectory.about = read_vector(c, draft, dimension::length); }}});
+  if (!is_read) return;
+  draft.problems.collect([&] { read_measured(*measured, draft, trajectory); });
+  if (samples) trajectory.samples = *samples;
+}
+
 void read_trajectory(const Member& member, const MotionDefaults& defaults, StudyBuilder& draft) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = member.name;
+  if (member.value.has_entry("measured")) {
+    read_measured_trajectory(member.value, defaults, draft, trajectory);
+    draft.trajectories().push_back(std::move(trajectory));
+    return;
+  }
   TrajectoryKeys keys;
   MotionDefaults timing;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
@@ -471,6 +497,7 @@ void read_trajectory(const Member& member, const MotionDefaults& defaults, Study
                              {"hold", &keys.free_motion.hold},
                              {"initial", &keys.free_motion.initial}})
     fields.push_back({name, Presence::optional, store_in(*slot)});
+  fields.push_back({"measured", Presence::optional, [](const SpecCursor&) {}});  // read_measured_trajectory
   fields.push_back({"drive", Presence::required, store_in(keys.drive)});
   read_fields(member.value, "a trajectory {law, drive}", fields);
   if (member.value.is_map()) assemble_trajectory({member.value, keys, timing, defaults, draft, trajectory});

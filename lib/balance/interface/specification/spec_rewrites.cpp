@@ -25,6 +25,11 @@ class ReplacementCollector {
   }
 
   void run() {
+    for (std::size_t k = 0; k < draft_.catalogue_nodes.size(); ++k) {
+      const Span span = source_.span(*draft_.catalogue_nodes[k]);
+      draft_.study.catalogue_choices[k].begin = span.begin;
+      draft_.study.catalogue_choices[k].end = span.end;
+    }
     if (free_.empty() && overridden_.empty()) return;
     visit(root_, nullptr);
     for (const YamlNode* alias : aliases_)

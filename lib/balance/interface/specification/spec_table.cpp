@@ -118,8 +118,9 @@ std::vector<std::string> names_of(const std::vector<TableColumn>& columns, const
   return names;
 }
 
-/// Path of a file that is given relative to the spec's folder.
-std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft) {
+}  // namespace
+
+std::string find_table_file(const SpecCursor& at, const StudyBuilder& draft) {
   const std::filesystem::path path =
       std::filesystem::path(draft.study.spec_file).parent_path() / at.read_word("a file's name");
   std::error_code error;
@@ -131,17 +132,25 @@ std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft)
   if (std::filesystem::file_size(path, error) > max_table_bytes)
     at.fail({.expected = fmt::format("a table of at most {} MiB", max_table_bytes >> 20),
              .found = fmt::format("more at {}", quote_for_message(path.string()))});
-  return path;
+  return path.string();
 }
 
-RawTable load_table(const std::filesystem::path& path, const std::vector<std::string>& names) {
+namespace {
+
+/// @throws TableError
+std::string load_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw TableError("the file cannot be read");
   std::ostringstream text;
   text << file.rdbuf();
   if (file.bad() || text.fail()) throw TableError("the file is empty or cannot be read");
-  if (text.view().substr(0, 8) == hdf5_signature) return read_hdf5_table(path.string(), names);
-  return parse_csv(text.str());
+  return text.str();
+}
+
+RawTable load_table(const std::filesystem::path& path, const std::vector<std::string>& names) {
+  const std::string text = load_text(path);
+  if (text.starts_with(hdf5_signature)) return read_hdf5_table(path.string(), names);
+  return parse_csv(text);
 }
 
 /// Index of every column among the possible ones; −1 for the argument, the first of the names. @throws TableError
@@ -196,6 +205,17 @@ TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std:
 
 }  // namespace
 
+std::string read_file_beside_spec(const SpecCursor& at, const StudyBuilder& draft) {
+  const std::filesystem::path path = find_table_file(at, draft);
+  try {
+    return load_text(path);
+  } catch (const TableError& error) {
+    at.fail({.message = escape_for_terminal(path.string()) + ": " + error.what(),
+             .expected = "a file that can be read",
+             .found = quote_for_message(path.string())});
+  }
+}
+
 void check_increasing(const SpecCursor& at, const std::vector<Expression>& values, const TableColumn& argument) {
   const std::string unit = unit_of_dimension(argument.dimension);
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -230,7 +250,7 @@ TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std
 
 TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible,
                           const TableColumn& argument) {
-  const std::filesystem::path path = find_file(at, draft);
+  const std::filesystem::path path = find_table_file(at, draft);
   try {
     TimeTable table = to_si_table(load_table(path, names_of(possible, argument)), draft, possible, argument);
     if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");

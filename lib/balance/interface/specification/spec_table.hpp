@@ -26,6 +26,9 @@ TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std
 TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible,
                           const TableColumn& argument = time_column);
 
+/// Path of a file that is given relative to the spec's folder. Fails unless there is such a file, of bearable size.
+std::string find_table_file(const SpecCursor& at, const StudyBuilder& draft);
+
 /// Throws a ReadError at `at` unless the arguments increase.
 void check_increasing(const SpecCursor& at, const std::vector<Expression>& values, const TableColumn& argument);
 
@@ -39,6 +42,9 @@ struct RawTable {
 struct TableError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// Content of a file that is given relative to the spec's folder. Fails if there is none, or if it is too large.
+std::string read_file_beside_spec(const SpecCursor& at, const StudyBuilder& draft);
 
 /// CSV: a line of column names, then numbers, separated by commas; `#` starts a comment. @throws TableError
 RawTable parse_csv(const std::string& text);

@@ -116,6 +116,10 @@ struct StudyBuilder {
   std::vector<std::pair<SpecCursor, double>>
       payload_activations;  ///< temporary payloads: their place in the spec, and when they appear [s]
 
+  std::map<std::string, Expression> materials;  ///< densities of the spec's own materials [kg/m^3]
+
+  std::vector<const YamlNode*> catalogue_nodes;  ///< values of `catalogue`, of each of study.catalogue_choices
+
   std::vector<model::CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
 
   /// Springs of bushings, and dampers of these and of springs in joints: add_dampers().
@@ -230,6 +234,7 @@ void check_massless_bodies(StudyBuilder& draft);
 void read_couplings(const SpecCursor& section, StudyBuilder& draft);
 void read_actuators(const SpecCursor& section, StudyBuilder& draft);
 void read_torque_distribution(const SpecCursor& section, StudyBuilder& draft);
+void read_current_gains(const SpecCursor& section, StudyBuilder& draft);
 void read_tool(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds in which the equation of motion is requested, at their start values.
 std::vector<model::GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);

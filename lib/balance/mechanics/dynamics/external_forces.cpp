@@ -29,9 +29,8 @@ ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const ki
     if (spring.is_joint_spring())
       joint_springs_.push_back({&tree.coordinate_expressions[spring.coordinate], spring.stiffness, spring.preload});
     else
-      springs_.push_back({place_on_body(tree, spring.first, spring.point_first),
-                          place_on_body(tree, spring.second, spring.point_second), spring.stiffness,
-                          spring.free_length});
+      springs_.push_back({spring, place_on_body(tree, spring.first, spring.point_first),
+                          place_on_body(tree, spring.second, spring.point_second)});
   for (const model::ForceElementOf<Scalar>& element : mechanism.force_elements) {
     const auto law = element.is_damper() ? model::ForceLawOf<Scalar>() : model::ForceLawOf<Scalar>(element.table);
     has_dampers_ = has_dampers_ || element.is_damper();
@@ -73,15 +72,11 @@ void ExternalForces<S>::subtract(const kinematics::TreeState<S>& state, const Sc
     apply(state, placed.frame, f, m, wrenches, loads);
   }
   total = loads;
-  for (const PlacedSpring& spring : springs_) {
-    const typename S::Vector d = position(state, spring.second) - position(state, spring.first);
-    const Scalar length = d.norm();
-    // a spring without free length pulls with k d even at zero length
-    const Scalar tension = spring.free_length == 0 ? spring.stiffness
-                           : length > 0            ? Scalar(spring.stiffness * (1 - spring.free_length / length))
-                                                   : Scalar(0);
-    apply(state, spring.first, tension * d, S::zero_angular(), wrenches, total);
-    apply(state, spring.second, -tension * d, S::zero_angular(), wrenches, total);
+  for (const PlacedSpring& placed : springs_) {
+    const typename S::Vector d = position(state, placed.second) - position(state, placed.first);
+    const Scalar tension = placed.law.tension_per_length(Scalar(d.norm()));
+    apply(state, placed.first, tension * d, S::zero_angular(), wrenches, total);
+    apply(state, placed.second, -tension * d, S::zero_angular(), wrenches, total);
   }
   for (const PointElement& element : point_elements_) {
     const typename S::Vector d = position(state, element.second) - position(state, element.first);
@@ -110,11 +105,8 @@ typename S::Scalar ExternalForces<S>::energy(const kinematics::TreeState<S>& sta
     const Scalar q = spring.coordinate->value(y);
     sum += (0.5 * spring.stiffness * q - spring.preload) * q;
   }
-  for (const PlacedSpring& spring : springs_) {
-    const Scalar elongation =
-        (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
-    sum += 0.5 * spring.stiffness * elongation * elongation;
-  }
+  for (const PlacedSpring& placed : springs_)
+    sum += placed.law.energy(Scalar((position(state, placed.second) - position(state, placed.first)).norm()));
   for (const PointElement& element : point_elements_)
     if (!element.is_damper)
       sum += element.law.energy((position(state, element.second) - position(state, element.first)).norm());
@@ -152,10 +144,10 @@ void ExternalForces<S>::visit_magnitudes(const kinematics::TreeState<S>& state, 
     placed.evaluate(y, time, force, moment);
     visit(placed.frame, value_of(force.norm()), value_of(moment.norm()));
   }
-  for (const PlacedSpring& spring : springs_) {
-    const double force = value_of(spring.stiffness) * tension(spring);
-    visit(spring.first, force, 0);
-    visit(spring.second, force, 0);
+  for (const PlacedSpring& placed : springs_) {
+    const double force = value_of(placed.law.stiffness) * tension(placed);
+    visit(placed.first, force, 0);
+    visit(placed.second, force, 0);
   }
   for (const PointElement& element : point_elements_) {
     const double force = element.is_damper
@@ -172,7 +164,9 @@ void ExternalForces<S>::add_magnitudes(const kinematics::TreeState<S>& state, co
                                        std::vector<ForceMagnitude>& magnitudes) const {
   visit_magnitudes(
       state, y, time,
-      [&](const PlacedSpring& spring) { return length_magnitude(state, spring) + value_of(spring.free_length); },
+      [&](const PlacedSpring& spring) {
+        return length_magnitude(state, spring) + std::abs(value_of(spring.law.free_length));
+      },
       [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         ForceMagnitude& magnitude = magnitudes[static_cast<std::size_t>(frame.node)];
         magnitude.force += force;
@@ -186,9 +180,9 @@ ForceMagnitude ExternalForces<S>::sum_magnitudes(const kinematics::TreeState<S>&
   ForceMagnitude sum;
   visit_magnitudes(
       state, y, time,
-      [&](const PlacedSpring& spring) {
-        const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
-        return std::abs(value_of(length) - value_of(spring.free_length));
+      [&](const PlacedSpring& placed) {
+        const Scalar length = (position(state, placed.second) - position(state, placed.first)).norm();
+        return std::abs(value_of(length) - value_of(placed.law.free_length));
       },
       [&](const kinematics::FixedFrame<S>& frame, double force, double moment) {
         sum.force += force;
@@ -222,9 +216,9 @@ double ExternalForces<S>::energy_magnitude(const kinematics::TreeState<S>& state
     const double q = spring.coordinate_magnitude(y);
     sum += (0.5 * value_of(spring.stiffness) * q + std::abs(value_of(spring.preload))) * q;
   }
-  for (const PlacedSpring& spring : springs_) {
-    const double length = length_magnitude(state, spring) + value_of(spring.free_length);
-    sum += 0.5 * value_of(spring.stiffness) * length * length;
+  for (const PlacedSpring& placed : springs_) {
+    const double length = length_magnitude(state, placed) + std::abs(value_of(placed.law.free_length));
+    sum += 0.5 * value_of(placed.law.stiffness) * length * length;
   }
   for (const PointElement& element : point_elements_)
     if (!element.is_damper)

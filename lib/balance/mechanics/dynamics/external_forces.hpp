@@ -75,8 +75,8 @@ class ExternalForces {
     }
   };
   struct PlacedSpring {
+    model::SpringOf<Scalar> law;
     kinematics::FixedFrame<S> first, second;
-    Scalar stiffness, free_length;
   };
   struct JointSpring {
     const kinematics::LinearQuantityOf<Scalar>* coordinate;

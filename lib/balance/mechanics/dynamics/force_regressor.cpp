@@ -504,6 +504,7 @@ SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const kinematics
       continue;
     }
     spring.free_length = 0;
+    spring.slack_length.reset();
     for (int i = 0; i < spring_end_points<S>; ++i)
       for (int j = 0; j < spring_end_points<S>; ++j) {
         spring.point_first = end_point(i, tree.characteristic_length);

@@ -206,6 +206,22 @@ struct CouplingOf {
   T offset = 0;
 };
 
+enum class ShapeKind { cylinder, ring, sector, plate };
+
+/// A homogeneous solid. Its own axes have their origin at its centre of mass and z along the axis of revolution or, of
+/// a plate, along its thickness; a sector is symmetric to the xz plane, with its arc on the side of +x.
+template <class T>
+struct ShapeOf {
+  ShapeKind kind = ShapeKind::cylinder;
+  T diameter = 0;                                    ///< cylinder, ring, sector: outer [m]
+  T inner_diameter = 0;                              ///< ring, sector [m]
+  T length = 0, width = 0;                           ///< plate: along x and y [m]
+  T thickness = 0;                                   ///< along z [m]
+  T opening = 0;                                     ///< sector: angle between its edges [rad]
+  T axis_distance = 0;                               ///< sector: of the centre of mass from the arcs' axis [m]
+  Matrix3Of<T> rotation = Matrix3Of<T>::Identity();  ///< from its own axes to those of the body that carries it
+};
+
 enum class AttachmentKind { counterweight, payload };
 
 /// A mass (a point, or a body with inertia) fixed to a body.
@@ -219,6 +235,7 @@ struct AttachmentOf {
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();             ///< about its CoM, in the body's axes [kg m^2]
   double from = -std::numeric_limits<double>::infinity();  ///< time of a trajectory at which it is taken up [s]
   double until = std::numeric_limits<double>::infinity();  ///< time at which it is set down [s], later than `from`
+  std::optional<ShapeOf<T>> shape = {};                    ///< that gives it its mass and inertia
 };
 
 /// A rotor carried by a body at `position` (its CoM, on its axis). It turns relative to the carrier about `axis` by
@@ -255,9 +272,10 @@ struct LoadOf {
   bool is_over_coordinate() const { return coordinate >= 0; }
 };
 
-/// A linear spring between a point of each of two bodies, with tension stiffness · (length − free_length). Or a spring
-/// in a joint coordinate q, torsional if q is an angle, with the effort preload − stiffness · q on q; bodies and points
-/// are then unused.
+/// A linear spring between a point of each of two bodies, with tension stiffness · (length − free_length). With initial
+/// tension F, that of its coils is by F/stiffness longer than this free length, which may be negative. Or a spring in a
+/// joint coordinate q, torsional if q is an angle, with the effort preload − stiffness · q on q; bodies and points are
+/// then unused.
 template <class T>
 struct SpringOf {
   std::string name;
@@ -269,8 +287,34 @@ struct SpringOf {
   T free_length = 0;             ///< [m]; zero is a zero-free-length spring
   T preload = 0;                 ///< joint spring: effort on the coordinate at zero [N m or N]
   CoordinateId coordinate = -1;  ///< −1: spring between points
+  /// Length up to which it is slack, because its coils are closed and it cannot push [m]; none: it may push.
+  std::optional<T> slack_length = {};
+  std::optional<T> shortest_length = {}, longest_length = {};  ///< travel for which it is made [m]; none: any
 
   bool is_joint_spring() const { return coordinate >= 0; }
+  bool has_travel() const { return slack_length || shortest_length || longest_length; }
+  /// Tension over length [N/m]: with it, the spring pulls along the vector between its points.
+  T tension_per_length(const T& length) const {
+    if (slack_length && !(length > *slack_length)) return T(0);
+    if (free_length == 0) return stiffness;  // pulls even at zero length
+    return length > 0 ? T(stiffness * (1 - free_length / length)) : T(0);
+  }
+  /// Stored energy [J]: zero at the free length or, of a spring that cannot push, where it becomes slack.
+  T energy(const T& length) const {
+    const T elongation = length - free_length;
+    if (!slack_length) return 0.5 * stiffness * elongation * elongation;
+    if (!(length > *slack_length)) return T(0);
+    const T closed = *slack_length - free_length;
+    return 0.5 * stiffness * (elongation * elongation - closed * closed);
+  }
+  /// Distance from the nearer end of the travel; negative beyond it, infinite without a travel [m].
+  T travel_margin(const T& length) const {
+    T margin = T(std::numeric_limits<double>::infinity());
+    for (const std::optional<T>* least : {&shortest_length, &slack_length})
+      if (*least && length - **least < margin) margin = length - **least;
+    if (longest_length && *longest_length - length < margin) margin = *longest_length - length;
+    return margin;
+  }
 };
 
 /// A force between a point of each of two bodies, along the line through them: a damper, or a spring whose tension is a
@@ -408,6 +452,7 @@ using Joint = JointOf<double>;
 using CoordinateTerm = CoordinateTermOf<double>;
 using CoordinateCombination = CoordinateCombinationOf<double>;
 using Coupling = CouplingOf<double>;
+using Shape = ShapeOf<double>;
 using Attachment = AttachmentOf<double>;
 using Disc = DiscOf<double>;
 using Load = LoadOf<double>;

@@ -28,6 +28,21 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     for (int column = 0; column < 3; ++column) out.col(column) = vector(m.col(column));
     return out;
   };
+  const auto optional_number = [&](const std::optional<From>& x) {
+    return x ? std::optional<To>(number(*x)) : std::nullopt;
+  };
+  const auto shape = [&](const std::optional<ShapeOf<From>>& x) -> std::optional<ShapeOf<To>> {
+    if (!x) return std::nullopt;
+    return ShapeOf<To>{x->kind,
+                       number(x->diameter),
+                       number(x->inner_diameter),
+                       number(x->length),
+                       number(x->width),
+                       number(x->thickness),
+                       number(x->opening),
+                       number(x->axis_distance),
+                       matrix(x->rotation)};
+  };
   const auto numbers = [&](const std::vector<From>& list) {
     std::vector<To> out;
     for (const From& x : list) out.push_back(number(x));
@@ -67,7 +82,8 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
   }
   for (const auto& attachment : from.attachments)
     to.attachments.push_back({attachment.name, attachment.kind, attachment.body, vector(attachment.position),
-                              number(attachment.mass), matrix(attachment.inertia), attachment.from, attachment.until});
+                              number(attachment.mass), matrix(attachment.inertia), attachment.from, attachment.until,
+                              shape(attachment.shape)});
   for (const auto& disc : from.discs)
     to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
@@ -77,7 +93,8 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
   for (const auto& spring : from.springs)
     to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
                           vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
-                          number(spring.preload), spring.coordinate});
+                          number(spring.preload), spring.coordinate, optional_number(spring.slack_length),
+                          optional_number(spring.shortest_length), optional_number(spring.longest_length)});
   for (const auto& element : from.force_elements)
     to.force_elements.push_back({element.name, element.first, element.second, vector(element.point_first),
                                  vector(element.point_second), element.coordinate,

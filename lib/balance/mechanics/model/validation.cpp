@@ -642,7 +642,12 @@ void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& iss
       continue;
     }
     check_ends(spring, mechanism, faults);
-    faults.check_not_negative(spring.free_length, "the free length");
+    if (!spring.slack_length)
+      faults.check_not_negative(spring.free_length, "the free length");
+    else if (faults.check_finite(spring.free_length, "the free length"))
+      faults.check_not_negative(*spring.slack_length, "the length at which it is slack");
+    for (const std::optional<double>& end : {spring.shortest_length, spring.longest_length})
+      if (end) faults.check_not_negative(*end, "an end of the travel");
   }
 }
 

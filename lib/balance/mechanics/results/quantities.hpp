@@ -84,6 +84,7 @@ enum class Availability {
   tool_tracking,      ///< as `tracking`, and the mechanism has a tool
   poses,              ///< on request, computed after the run (mechanics/results/body_poses.hpp)
   split,              ///< on request (mechanics/dynamics/effort_breakdown.hpp)
+  measured,           ///< along a record of the machine (motion/simulation/prediction.hpp)
 };
 
 /// A line of the table.

@@ -21,7 +21,8 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
     case Availability::tracking: return contents.tracking;
     case Availability::tool_tracking: return contents.tracking && mechanism.tool.has_value();
     case Availability::poses:
-    case Availability::split: return false;
+    case Availability::split:
+    case Availability::measured: return false;
   }
   return false;
 }

@@ -107,6 +107,9 @@ struct RunResult {
   Samples torque_inertia, torque_velocity, torque_friction, torque_weight, torque_spring,
       torque_load;  ///< N×A [N m or N]
 
+  // along a record of the machine (motion/simulation/prediction.hpp), otherwise empty
+  Samples torque_measured, torque_residual;  ///< N×A: low-passed; measured − computed, both low-passed [N m or N]
+
   // under control, otherwise empty
   std::vector<std::string> sliding_names;     ///< K coordinates with a sliding variable of the controller
   std::vector<std::string> sliding_units;     ///< "rad/s" or "m/s"

@@ -270,7 +270,7 @@ void RunQuantities::add_body_orientation(BodyId body) {
                          true});
 }
 
-/// Lengths and tensions of springs between points; of springs in joints what they exert on the coordinate.
+/// Lengths and tensions of springs between points, and what is left of their travel; of springs in joints what they exert on the coordinate.
 void RunQuantities::list_spring_quantities() {
   for (std::size_t s = 0; s < mechanism_->springs.size(); ++s) {
     const Spring& spring = mechanism_->springs[s];
@@ -299,7 +299,13 @@ void RunQuantities::list_spring_quantities() {
       return VectorX::Constant(1, length(bodies));
     });
     add_motion("spring_force" + owner, "N", {}, [length, &spring](const std::vector<BodyMotion>& bodies) -> VectorX {
-      return VectorX::Constant(1, spring.stiffness * (length(bodies) - spring.free_length));
+      const double at = length(bodies);
+      const bool is_slack = spring.slack_length && at <= *spring.slack_length;
+      return VectorX::Constant(1, is_slack ? 0 : spring.stiffness * (at - spring.free_length));
+    });
+    if (!spring.has_travel()) continue;
+    add_motion("spring_margin" + owner, "m", {}, [length, &spring](const std::vector<BodyMotion>& bodies) -> VectorX {
+      return VectorX::Constant(1, spring.travel_margin(length(bodies)));
     });
   }
 }

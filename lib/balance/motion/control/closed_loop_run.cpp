@@ -12,6 +12,7 @@
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/recorder.hpp"
 #include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/results/spring_travel.hpp"
 #include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
@@ -281,6 +282,7 @@ class ClosedLoopRun {
       const std::string note = check_sampling_density(result_, intermediate_samples_);
       if (!note.empty()) result_.outcome.notes.push_back(note);
     }
+    results::add_travel_notes(mechanism_, result_);
     if (!has_desired_motion)
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);

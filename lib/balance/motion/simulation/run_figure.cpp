@@ -4,6 +4,7 @@
 #include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/orders.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/mechanics/results/solid_distance.hpp"
 #include "balance/motion/simulation/rotor_unbalance.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
@@ -29,8 +30,45 @@ const Trajectory& find_trajectory(const study::DesignInstance& instance, const O
   throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
 }
 
+namespace {
+
+/// The solid of a counterweight or payload; null if the landmark is another, or has none.
+const model::Shape* shape_of(const Mechanism& mechanism, const model::Landmark& landmark) {
+  if (landmark.kind != model::Landmark::Kind::attachment) return nullptr;
+  const Attachment& attachment = mechanism.attachments[static_cast<std::size_t>(landmark.index)];
+  return attachment.shape ? &*attachment.shape : nullptr;
+}
+
+/// With solids in the place of points.
+double min_solid_clearance(const Mechanism& mechanism, const results::BodyPoses& poses, long rows,
+                           const study::Clearance& clearance) {
+  const auto set_at = [&](const model::Landmark& first, const model::Landmark& last, long row) {
+    results::ConvexSet set;
+    set.is_planar = mechanism.space == SpaceKind::planar;
+    set.shape = shape_of(mechanism, first);
+    const model::BodyPoint begin = locate_landmark(mechanism, first), end = locate_landmark(mechanism, last);
+    set.begin = set.centre = in_world(poses, row, begin);
+    set.end = in_world(poses, row, end);
+    if (set.shape != nullptr) {
+      const double* q = &poses.orientation(row, 4 * begin.body);
+      set.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix() * set.shape->rotation;
+    }
+    return set;
+  };
+  double min_distance = std::numeric_limits<double>::infinity();
+  for (long row = 0; row < rows; ++row)
+    min_distance =
+        std::min(min_distance, results::distance_of(set_at(clearance.point, clearance.point, row),
+                                                    set_at(clearance.target.front(), clearance.target.back(), row)));
+  return min_distance;
+}
+
+}  // namespace
+
 double min_clearance(const Mechanism& mechanism, const RunResult& run, const study::Clearance& clearance) {
   const results::BodyPoses poses = body_poses(mechanism, run);
+  if (shape_of(mechanism, clearance.point) != nullptr || shape_of(mechanism, clearance.target.front()) != nullptr)
+    return min_solid_clearance(mechanism, poses, run.time.size(), clearance);
   const model::BodyPoint point = locate_landmark(mechanism, clearance.point);
   const model::BodyPoint begin = locate_landmark(mechanism, clearance.target.front()),
                          end = locate_landmark(mechanism, clearance.target.back());
@@ -78,7 +116,9 @@ std::string unit_of_term(const Mechanism& mechanism, const ObjectiveTerm& term) 
   switch (term.size) {
     case ObjectiveTerm::Size::added_inertia: return "kg m^2";
     case ObjectiveTerm::Size::added_mass:
+    case ObjectiveTerm::Size::part_mass:
     case ObjectiveTerm::Size::total_mass: return "kg";
+    case ObjectiveTerm::Size::price: return "";
     case ObjectiveTerm::Size::none: break;
   }
   switch (term.run) {

@@ -3,6 +3,7 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/results/spring_travel.hpp"
 #include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/free_motion.hpp"
@@ -132,6 +133,7 @@ RunResult RunRecorder::record(trajectory::MotionSource& source, const results::R
     result.outcome.notes.push_back(note);
   for (std::string& note : motion_notes()) result.outcome.notes.push_back(std::move(note));
   add_payload_notes(mechanism_, motion.duration(), result);
+  results::add_travel_notes(mechanism_, result);
   record_torque_distribution(mechanism_, intermediate_samples.rows, intermediate_samples.next_sample.size(),
                              results::EffortOrigin::motion, result);
   result.intermediate = std::make_shared<const results::IntermediateSamples>(std::move(intermediate_samples));

@@ -75,6 +75,20 @@ ParametricMechanism DesignSpace::parametric() const {
   });
 }
 
+DesignSpace DesignSpace::with_rows(const std::vector<int>& rows) const {
+  DesignSpace chosen = *this;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    CatalogueChoice& choice = chosen.start.catalogue_choices[k];
+    choice.row = rows[k];
+    choice.is_free = false;
+    for (const CatalogueColumn& column : choice.columns)
+      if (column.input >= 0)
+        chosen.inputs[static_cast<std::size_t>(column.input)] = column.values[static_cast<std::size_t>(rows[k])];
+  }
+  chosen.start = chosen.study_at(start_values());
+  return chosen;
+}
+
 DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& free_indices) const {
   DesignSpace subspace = *this;
   subspace.start = study_at(x);

@@ -51,6 +51,8 @@ struct DesignSpace {
   Study study_at(const VectorX& x) const;
   /// The mechanism as a function of start.free_numbers.
   ParametricMechanism parametric() const;
+  /// The space with these rows of the catalogues in start.catalogue_choices, none of which is free any more.
+  DesignSpace with_rows(const std::vector<int>& rows) const;
   /// The space in which only the numbers `free_indices` are free and the others are fixed at x.
   DesignSpace fix_others(const VectorX& x, const std::vector<int>& free_indices) const;
 };

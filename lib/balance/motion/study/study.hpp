@@ -9,6 +9,7 @@
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/study/balance_goal.hpp"
+#include "balance/motion/study/catalogue.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 #include "balance/motion/study/search_options.hpp"
 
@@ -124,7 +125,8 @@ struct TextReplacement {
 
 /// A figure of a design: its size, or a property of a run along a trajectory.
 struct ObjectiveTerm {
-  enum class Size { none, added_mass, added_inertia, total_mass };
+  /// The last two are sums over the parts that the spec takes from catalogues.
+  enum class Size { none, added_mass, added_inertia, total_mass, part_mass, price };
   /// Property of a run. Mobility and clearance are for limits only.
   enum class RunMeasure {
     figure,     ///< `figure` of `quantity`
@@ -150,6 +152,19 @@ struct ObjectiveTerm {
   double order = 0;                                     ///< times per turn, of the measure `order`
   results::OrderPart part = results::OrderPart::whole;  ///< of the same
 };
+
+/// Whether it is a sum over parts of catalogues, which does not depend on the mechanism.
+inline bool is_size_of_parts(ObjectiveTerm::Size size) {
+  return size == ObjectiveTerm::Size::part_mass || size == ObjectiveTerm::Size::price;
+}
+
+/// Such a sum for the rows that are chosen.
+inline double sum_of_parts(ObjectiveTerm::Size size, const std::vector<CatalogueChoice>& choices) {
+  double sum = 0;
+  for (const CatalogueChoice& choice : choices)
+    sum += size == ObjectiveTerm::Size::price ? choice.price_of(choice.row) : choice.mass_of(choice.row);
+  return sum;
+}
 
 /// Upper or lower bound on a weighted sum of terms.
 struct FigureLimit {
@@ -198,16 +213,29 @@ struct TemporaryPayload {
   SourceLocation place;
 };
 
+/// What a record of the machine has along a trajectory that follows it, low-passed.
+struct MeasuredEfforts {
+  std::string trajectory;          ///< its name
+  double step = 0;                 ///< of the rows, the first of which is at the trajectory's start [s]
+  double cutoff = 0;               ///< of the low-pass filter [Hz]
+  Samples effort;                  ///< rows × actuators [N m or N]; empty: only positions were measured
+  std::vector<std::string> notes;  ///< what was done with the record
+};
+
 struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
-  std::vector<Controller> controllers;    ///< declared ones, then the built-in ones that are not redeclared
-  std::vector<FreeNumber> free_numbers;   ///< in the document's order
-  std::vector<TextReplacement> rewrites;  ///< in the text's order, disjoint
+  std::vector<Controller> controllers;             ///< declared ones, then the built-in ones that are not redeclared
+  std::vector<FreeNumber> free_numbers;            ///< in the document's order
+  std::vector<CatalogueChoice> catalogue_choices;  ///< elements that are parts of catalogues, in the order of reading
+  std::vector<TextReplacement> rewrites;           ///< in the text's order, disjoint
   DesignRequest design;
   Tolerances tolerances;  ///< parameters first, then in the order of reading; empty: none
   std::vector<TemporaryPayload> temporary_payloads;
+  std::vector<MeasuredEfforts> measured;  ///< of the trajectories that follow records
+  /// Effort per current of the actuators' motors, those that are stated [N m/A or N/A].
+  std::vector<std::pair<CoordinateId, double>> current_gains;
   std::vector<model::GeneralisedSpeed> speeds;  ///< generalised speeds for a further equation of motion; empty: none
   std::string spec_file;                        ///< as named by the user
   std::string spec_text;                        ///< as read

@@ -8,6 +8,7 @@
 #include "balance/synthesis/conditions/com_tool_map.hpp"
 #include "balance/synthesis/conditions/modular_conditions.hpp"
 #include "balance/synthesis/design/assembly_continuation.hpp"
+#include "balance/synthesis/design/catalogue_search.hpp"
 #include "balance/synthesis/design/length_bound_search.hpp"
 #include "balance/synthesis/design/load_case_study.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
@@ -182,6 +183,9 @@ std::vector<DesignVariable> list_design_variables(const std::vector<FreeNumber>&
 }
 
 DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
+  if (has_free_rows(space.start))
+    throw std::invalid_argument(
+        "rows of catalogues are free, but this needs given parts: name one with 'part' under 'catalogue'");
   constexpr double min_seconds = 5;  // for the first run of each motion, even if the time for the search is shorter
   const double seconds = std::max(min_seconds, options.search.max_time);
   try {
@@ -375,12 +379,19 @@ DesignReport compute_design_report(const DesignSpace& spec_space, const DesignSt
 }  // namespace
 
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options) {
-  if (!options.on_progress) return compute_design_report(space, options);
+  const auto compute = [&space](const DesignStudyOptions& given) {
+    DesignReport report = has_free_rows(space.start) ? run_catalogue_study(space, given, compute_design_report)
+                                                     : compute_design_report(space, given);
+    if (!report.catalogue && !space.start.catalogue_choices.empty())
+      report.catalogue.emplace().choices = space.start.catalogue_choices;
+    return report;
+  };
+  if (!options.on_progress) return compute(options);
   InterruptMonitor monitor(options.on_progress);
   DesignStudyOptions watched = options;
   watched.on_progress = [&monitor](const SearchProgress& progress) { return monitor(progress); };
   const Deadline deadline(std::numeric_limits<double>::infinity(), [&monitor] { return monitor.is_overdue(); });
-  return compute_design_report(space, watched);
+  return compute(watched);
 }
 
 }  // namespace balance::design

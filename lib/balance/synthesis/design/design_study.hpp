@@ -12,6 +12,7 @@
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -76,6 +77,20 @@ struct TrajectoryComparison {
   RunResult before, after;
 };
 
+/// What was found out about the rows of catalogues.
+struct CatalogueReport {
+  std::vector<study::CatalogueChoice> choices;  ///< with the rows of the design
+  bool is_searched = false;                     ///< some rows were free
+  double combinations = 1;                      ///< of rows
+  long solved = 0;                              ///< combinations for which a design was searched
+  long branches = 0;                            ///< sets of rows and places that were bounded
+  /// Of the objective, for all rows within the limits and all values of the free numbers; NaN: there is no bound.
+  double lower_bound = std::numeric_limits<double>::quiet_NaN();
+  bool is_proved = false;       ///< no other rows and places are better, but for the gap
+  bool is_out_of_time = false;  ///< the search ended before all rows were decided
+  std::string no_bound_reason;  ///< why rows could only be tried; empty: they were bounded
+};
+
 struct DesignReport {
   DesignOutcome outcome;
   std::vector<FreeNumber> free_numbers;  ///< as in the study
@@ -95,6 +110,7 @@ struct DesignReport {
   std::vector<tolerance::RobustTerm>
       robust;  ///< minimised terms with means and deviations, at the design; none with load cases
   std::optional<certificate::LengthBound> length_bound;  ///< over all lengths; none: it does not apply
+  std::optional<CatalogueReport> catalogue;              ///< if elements are parts of catalogues
   std::vector<std::string> notes;
 };
 

@@ -100,6 +100,8 @@ VectorX collect_geometry(const Mechanism& mechanism, const dynamics::FreeSprings
     const Spring& spring = mechanism.springs[s];
     if (spring.is_joint_spring()) continue;
     all.add(spring.free_length);
+    for (const std::optional<double>& length : {spring.slack_length, spring.shortest_length, spring.longest_length})
+      all.add(length.value_or(0));
     if (s < loose.size() && loose[s]) continue;
     all.add(spring.point_first);
     all.add(spring.point_second);

@@ -357,6 +357,7 @@ std::shared_ptr<const RunResult> find_fixed_run(const DesignSpace& space, const 
 /// The figure of such a run if the positions that it refers to do not change either.
 std::optional<double> constant_value(const DesignSpace& space, const DesignInstance& start, const ObjectivePart& part) {
   std::optional<double> constant;
+  if (is_size_of_parts(part.term.size)) return sum_of_parts(part.term.size, space.start.catalogue_choices);
   if (!part.run) return constant;
   const auto value = [&](const DesignInstance& instance) {
     return simulation::compute_run_figure(instance.mechanism, *part.run, part.term);
@@ -411,7 +412,7 @@ std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, con
 /// Whether the term is one of these figures of a quantity that is affine in the parameters for any motion, or a size.
 bool has_affine_quantity(const DesignInstance& instance, const ObjectiveTerm& term,
                          std::initializer_list<Statistic> figures) {
-  if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
+  if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0 && !is_size_of_parts(term.size);
   if (term.deviation_multiple) return false;
   if (term.run == ObjectiveTerm::RunMeasure::order)
     return term.weight >= 0 && std::find(figures.begin(), figures.end(), Statistic::rms) != figures.end() &&
@@ -533,7 +534,7 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
   const bool is_parametric =
       std::all_of(parts.begin(), parts.end(), [](const ObjectivePart& p) { return bool(p.of_parameters); });
   if (terms.size() == 1 && terms[0].size != ObjectiveTerm::Size::none)
-    objective.unit = terms[0].size == ObjectiveTerm::Size::added_inertia ? "kg m^2" : "kg";
+    objective.unit = simulation::unit_of_term(start_instance.mechanism, terms[0]);
   if (is_parametric)
     objective.function = std::make_shared<const ParametricSum>(space, std::move(parts));
   else
@@ -571,6 +572,7 @@ VectorX inertia_coefficients(const std::vector<dynamics::Parameter>& parameters)
 
 VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const FreeSprings& loose) {
   const auto parameters = dynamics::list_parameters(mechanism, loose);
+  if (is_size_of_parts(size)) return VectorX::Zero(static_cast<Eigen::Index>(parameters.size()));
   VectorX coefficients =
       size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
   if (size != ObjectiveTerm::Size::total_mass)
@@ -596,6 +598,8 @@ std::string objective_term_name(const ObjectiveTerm& term) {
     case ObjectiveTerm::Size::added_mass: return "added mass";
     case ObjectiveTerm::Size::added_inertia: return "added inertia";
     case ObjectiveTerm::Size::total_mass: return "total mass";
+    case ObjectiveTerm::Size::part_mass: return "mass of parts";
+    case ObjectiveTerm::Size::price: return "price";
     case ObjectiveTerm::Size::none: break;
   }
   switch (term.run) {

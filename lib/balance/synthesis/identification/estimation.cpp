@@ -12,10 +12,6 @@ namespace {
 
 constexpr int max_reweighting_steps = 40;
 constexpr double reweighting_tolerance = 1e-6;  ///< largest relative change of the rms of a channel's residual
-/// Singular values of columns of norm 1 below this part of the largest belong to what the motion does not show.
-constexpr double excitation_threshold = 1e-3;
-/// A parameter is found unless directions that are not shown contain this much of it.
-constexpr double hidden_share_tolerance = 1e-3;
 /// Noise of a channel is at least this part of what it measures: exact data have finite weights.
 constexpr double min_relative_residual = 1e-9;
 

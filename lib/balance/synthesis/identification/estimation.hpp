@@ -9,6 +9,11 @@
 
 namespace balance::identification {
 
+/// Singular values of columns of norm 1 below this part of the largest belong to what the motion does not show.
+inline constexpr double excitation_threshold = 1e-3;
+/// A parameter is found unless directions that are not shown contain this much of it.
+inline constexpr double hidden_share_tolerance = 1e-3;
+
 /// A channel's fitted rows as the triangular factor of [columns, known, measured of all channels]: the same normal
 /// equations in as many rows as there are columns.
 class CompressedChannel {

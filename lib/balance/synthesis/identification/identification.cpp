@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 namespace balance::identification {
 
@@ -23,21 +22,6 @@ constexpr Eigen::Index max_figure_states = 500;
 constexpr double moved_body_ratio = 3;  ///< of mass or inertia against the spec, beyond which a body is questioned
 constexpr double negative_friction_deviations = 3;
 constexpr double covered_rate_ratio = 1.25;  ///< of a validation's fastest motion against that of the training
-
-/// Names that people know come first: payloads, friction, drives, moments of bodies, and last their masses, which few
-/// motions show by themselves.
-int column_group(const UnknownParameter& unknown) {
-  switch (unknown.kind) {
-    case UnknownKind::viscous:
-    case UnknownKind::coulomb: return 1;
-    case UnknownKind::offset: return 2;
-    case UnknownKind::disc_inertia: return 3;
-    case UnknownKind::payload:
-    case UnknownKind::body: break;
-  }
-  if (unknown.kind == UnknownKind::payload) return 0;
-  return unknown.slot == 0 ? 5 : 4;
-}
 
 /// The equations in coordinates that were measured.
 MotionEquations make_equations(const Mechanism& mechanism, const MeasurementRecord& record) {
@@ -148,16 +132,7 @@ class Identifier {
       measured.conservativeResize(measured.rows() + columns.rows(), Eigen::NoChange);
       measured.bottomRows(columns.rows()) = columns / size;
     }
-    std::map<std::string, double> largest;
-    const VectorX norms = probes_.measured.colwise().norm();
-    for (std::size_t k = 0; k < unknowns_.size(); ++k)
-      largest[unknowns_[k].unit] = std::max(largest[unknowns_[k].unit], norms[static_cast<Eigen::Index>(k)]);
-    for (std::size_t k = 0; k < unknowns_.size(); ++k)
-      if (const auto column = static_cast<Eigen::Index>(k);
-          norms[column] <= negligible_column * largest[unknowns_[k].unit]) {
-        measured.col(column).setZero();
-        probes_.measured.col(column).setZero();
-      }
+    clear_negligible_columns(unknowns_, probes_, measured);
     base_ = find_base_combinations(measured, probes_.measured, groups_);
     out_.structural_rank = static_cast<int>(base_.rank());
   }
@@ -231,11 +206,20 @@ class Identifier {
     }
   }
 
+  /// The identified values of friction; other unknowns are zero.
+  VectorX friction_values() const {
+    VectorX values = x_;
+    for (std::size_t k = 0; k < unknowns_.size(); ++k)
+      if (!is_friction(unknowns_[k].kind)) values[static_cast<Eigen::Index>(k)] = 0;
+    return values;
+  }
+
   void add_residuals(const Channel& channel, double kappa, ChannelResidual& residual, ChannelSeries& series) const {
     double measured = 0, error = 0, spec = 0;
     for (const ChannelPiece& piece : channel.pieces) {
       const VectorX predicted = kappa * (piece.columns * x_ + piece.known),
-                    with_spec = kappa * (piece.columns * spec_ + piece.known);
+                    with_spec = kappa * (piece.columns * spec_ + piece.known),
+                    friction = kappa * (piece.columns * friction_values());
       for (Eigen::Index k = 0; k < piece.measured.size(); ++k) {
         ++residual.rows;
         residual.max_rate = std::max(residual.max_rate, std::abs(piece.rate[k]));
@@ -244,6 +228,7 @@ class Identifier {
         series.rate.push_back(piece.rate[k]);
         series.measured.push_back(piece.measured[k]);
         series.predicted.push_back(predicted[k]);
+        series.friction.push_back(friction[k]);
         series.moving.push_back(piece.moving[static_cast<std::size_t>(k)]);
         if (!piece.moving[static_cast<std::size_t>(k)]) continue;
         ++residual.moving_rows;
@@ -347,7 +332,7 @@ class Identifier {
           continue;
         RegressorRows rest = rows_of();
         for (std::size_t u = 0; u < unknowns_.size(); ++u)
-          if (unknowns_[u].kind >= UnknownKind::viscous) rest.columns.col(static_cast<Eigen::Index>(u)).setZero();
+          if (is_friction(unknowns_[u].kind)) rest.columns.col(static_cast<Eigen::Index>(u)).setZero();
         for (int j = 0; j < n; ++j)
           add_figure_rows(rest.columns.row(j), rest.known.segment(j, 1), weight[static_cast<std::size_t>(j)]);
       }
@@ -381,8 +366,9 @@ class Identifier {
 
   void list_warnings() {
     for (const BaseParameter& parameter : out_.base) {
-      const bool is_friction = parameter.name.ends_with(".viscous") || parameter.name.ends_with(".coulomb");
-      if (is_friction && parameter.is_found && parameter.value < -negative_friction_deviations * parameter.deviation)
+      const bool cannot_be_negative = parameter.name.ends_with(".viscous") || parameter.name.ends_with(".coulomb");
+      if (cannot_be_negative && parameter.is_found &&
+          parameter.value < -negative_friction_deviations * parameter.deviation)
         out_.warnings.push_back(
             fmt::format("{} is negative, {:.4g} ± {:.2g} {}: is its position or its effort reversed?", parameter.name,
                         parameter.value, parameter.deviation, parameter.unit));

@@ -2,8 +2,8 @@
 /// Identifies a mechanism from records of its motion: base parameters, physically consistent bodies, friction, drive
 /// inertias, gains of currents and payloads, with deviations, and what the records cannot say.
 
+#include "balance/motion/simulation/measurement_record.hpp"
 #include "balance/synthesis/identification/base_combinations.hpp"
-#include "balance/synthesis/identification/measurement_record.hpp"
 #include "balance/synthesis/identification/regression.hpp"
 #include "balance/synthesis/identification/unknown_parameters.hpp"
 
@@ -42,6 +42,7 @@ struct ChannelResidual {
 struct ChannelSeries {
   std::vector<int> record;
   std::vector<double> time, rate, measured, predicted;  ///< [SI; currents in A]
+  std::vector<double> friction;                         ///< what is friction of `predicted`, passive joints' included
   std::vector<bool> moving;
 };
 

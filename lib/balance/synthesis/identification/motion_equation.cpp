@@ -20,6 +20,9 @@ class MotionEquations::Implementation {
 
   virtual MotionOutcome evaluate(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time,
                                  MotionEquation& out) = 0;
+  virtual bool has_loops() const = 0;
+  virtual double mobility() = 0;
+  virtual VectorX coordinates() const = 0;
 
   const Mechanism mechanism;
   std::vector<CoordinateId> independent;
@@ -70,6 +73,7 @@ class MotionEquationsOf final : public MotionEquations::Implementation {
     out.inertial.noalias() = C_.transpose() * forces.torque;
     out.rate_map.noalias() = coordinate_rows_ * C_;
     out.rates = coordinate_rows_ * dy;
+    out.accelerations = coordinate_rows_ * ddy;
     out.input.resize(freedoms, static_cast<Eigen::Index>(mechanism.actuators.size()));
     for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
       out.input.col(static_cast<Eigen::Index>(a)) = out.rate_map.row(mechanism.actuators[a]).transpose();
@@ -79,6 +83,10 @@ class MotionEquationsOf final : public MotionEquations::Implementation {
     out.shaking = stack(dynamics::compute_momentum_rate_regressor(tree, state));
     return outcome;
   }
+
+  bool has_loops() const override { return !branch_.is_explicit(); }
+  double mobility() override { return branch_.mobility(); }
+  VectorX coordinates() const override { return branch_.coordinates(); }
 
  private:
   /// ∂ṡ/∂ẏ: a row per coordinate of the mechanism.
@@ -154,5 +162,9 @@ MotionOutcome MotionEquations::evaluate(const VectorX& q, const VectorX& dq, con
                                         MotionEquation& equation) {
   return engine_->evaluate(q, dq, ddq, time, equation);
 }
+
+bool MotionEquations::has_loops() const { return engine_->has_loops(); }
+double MotionEquations::mobility() { return engine_->mobility(); }
+VectorX MotionEquations::coordinates() const { return engine_->coordinates(); }
 
 }  // namespace balance::identification

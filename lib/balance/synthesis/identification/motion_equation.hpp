@@ -17,11 +17,12 @@
 namespace balance::identification {
 
 struct MotionEquation {
-  MatrixX inertial;  ///< n × P: Y, in the order of dynamics::list_parameters without springs
-  VectorX known;     ///< n: generalised forces of springs and loads [N m or N]
-  MatrixX input;     ///< n × actuators: B
-  MatrixX rate_map;  ///< coordinates × n: J; rows of joints that are cut and not linear are zero
-  VectorX rates;     ///< per coordinate of the mechanism: ṡ [rad/s or m/s]
+  MatrixX inertial;       ///< n × P: Y, in the order of dynamics::list_parameters without springs
+  VectorX known;          ///< n: generalised forces of springs and loads [N m or N]
+  MatrixX input;          ///< n × actuators: B
+  MatrixX rate_map;       ///< coordinates × n: J; rows of joints that are cut and not linear are zero
+  VectorX rates;          ///< per coordinate of the mechanism: ṡ [rad/s or m/s]
+  VectorX accelerations;  ///< per coordinate of the mechanism: s̈
   /// Force and moment (about the world's origin) on the frame: axes and 1 or 3 rows × P, world axes, weight included.
   MatrixX frame;
   VectorX known_frame;  ///< the same of loads; springs act between frame and bodies
@@ -53,6 +54,14 @@ class MotionEquations {
   /// @return why the state is impossible, unless done; then `equation` is unchanged
   MotionOutcome evaluate(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time,
                          MotionEquation& equation);
+
+  /// Whether equations that close loops are solved at every state.
+  bool has_loops() const;
+  /// At the state last evaluated: smallest singular value of the scaled equations that close the loops, as in results;
+  /// 1 without loops.
+  double mobility();
+  /// At that state: all coordinates of the mechanism; angles that are not tree coordinates in (−π, π] [rad or m].
+  VectorX coordinates() const;
 
   class Implementation;
 

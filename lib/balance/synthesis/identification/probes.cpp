@@ -1,8 +1,11 @@
 #include "balance/synthesis/identification/probes.hpp"
 
 #include "balance/foundation/numerics/random.hpp"
+#include "balance/synthesis/identification/base_combinations.hpp"
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 namespace balance::identification {
 
@@ -69,10 +72,23 @@ ProbeRows probe(MotionEquations& equations, const std::vector<UnknownParameter>&
     if (equations.evaluate(q, zero, zero, part.time[row], equation).status != MotionStatus::done) continue;
     MatrixX weight = rows_of().columns.topRows(n);
     for (Eigen::Index k = 0; k < U; ++k)
-      if (unknowns[static_cast<std::size_t>(k)].kind >= UnknownKind::viscous) weight.col(k).setZero();
+      if (is_friction(unknowns[static_cast<std::size_t>(k)].kind)) weight.col(k).setZero();
     append_rows(out.weight, weight);
   }
   return out;
+}
+
+void clear_negligible_columns(const std::vector<UnknownParameter>& unknowns, ProbeRows& probes, MatrixX& rows) {
+  std::map<std::string, double> largest;
+  const VectorX norms = probes.measured.colwise().norm();
+  for (std::size_t k = 0; k < unknowns.size(); ++k)
+    largest[unknowns[k].unit] = std::max(largest[unknowns[k].unit], norms[static_cast<Eigen::Index>(k)]);
+  for (std::size_t k = 0; k < unknowns.size(); ++k)
+    if (const auto column = static_cast<Eigen::Index>(k);
+        norms[column] <= negligible_column * largest[unknowns[k].unit]) {
+      rows.col(column).setZero();
+      probes.measured.col(column).setZero();
+    }
 }
 
 }  // namespace balance::identification

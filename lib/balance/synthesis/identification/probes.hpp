@@ -22,4 +22,7 @@ ProbeRows probe(MotionEquations& equations, const std::vector<UnknownParameter>&
                 const std::vector<Channel>& channels, const std::vector<MeasuredStates>& states,
                 const std::vector<MeasurementRecord>& records, std::uint64_t seed);
 
+/// Sets columns that are round-off beside those of the same unit to zero, in the rows of the channels and in others.
+void clear_negligible_columns(const std::vector<UnknownParameter>& unknowns, ProbeRows& probes, MatrixX& rows);
+
 }  // namespace balance::identification

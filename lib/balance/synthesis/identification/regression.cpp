@@ -4,7 +4,7 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
-#include "balance/synthesis/identification/signal_processing.hpp"
+#include "balance/motion/simulation/signal_processing.hpp"
 
 #include <fmt/format.h>
 
@@ -15,15 +15,14 @@
 namespace balance::identification {
 
 using dynamics::ParameterOwner;
+using simulation::differentiate;
+using simulation::UniformPiece;
+using simulation::ZeroPhaseFilter;
 
 namespace {
 
 /// Below this fraction of rest_rate, dry friction is proportional to the rate.
 constexpr double dry_ramp_fraction = 0.25;
-/// The cut-off is this multiple of the frequency below which this fraction of the energy of the rates lies.
-constexpr double bandwidth_fraction = 0.99, cutoff_bandwidths = 6;
-/// Positions are low-passed at this multiple of the cut-off: what they pass below it is flat.
-constexpr double position_cutoff_ratio = 3;
 /// Regressors are evaluated at least at this multiple of the cut-off.
 constexpr double evaluation_ratio = 20;
 /// Singular values of the map from efforts to generalised forces below this part of the largest one.
@@ -223,42 +222,28 @@ class RegressionBuilder {
   }
 
   void choose_cutoff(const std::vector<std::vector<UniformPiece>>& pieces) {
-    double sampling = 0;
     std::vector<MatrixX> positions;
     std::vector<double> steps;
     for (std::size_t r = 0; r < pieces.size(); ++r)
       for (const UniformPiece& piece : pieces[r]) {
-        sampling = std::max(sampling, 1 / piece.step);
         positions.push_back(positions_of(static_cast<int>(r), piece));
         steps.push_back(piece.step);
       }
-    out_.cutoff = options_.cutoff > 0 ? options_.cutoff
-                                      : cutoff_bandwidths * find_bandwidth(positions, steps, bandwidth_fraction);
-    if (options_.cutoff <= 0 && out_.cutoff > 0.2 * sampling) {
-      out_.cutoff = 0.2 * sampling;
-      out_.notes.push_back(fmt::format(
-          "the motion fills the band that {:.4g} rows a second can show: the cut-off is a fifth of them", sampling));
-    }
+    out_.cutoff = options_.cutoff > 0 ? options_.cutoff : simulation::find_cutoff(positions, steps, out_.notes);
     if (!(out_.cutoff > 0)) throw RecordError(records_.front().source + ": no joint moves in this record");
-    if (options_.cutoff <= 0) {  // two digits, which do not depend on round-off
-      const double magnitude = std::floor(elementary::log10(out_.cutoff)) - 1;
-      double unit = 1;
-      for (int k = 0; k < std::abs(static_cast<int>(magnitude)); ++k) unit *= magnitude > 0 ? 10 : 0.1;
-      out_.cutoff = std::round(out_.cutoff / unit) * unit;
-    }
   }
 
   void add_piece(int record, const UniformPiece& piece) {
     const MeasurementRecord& source = records_[static_cast<std::size_t>(record)];
     MatrixX q = positions_of(record, piece), dq, ddq;
-    ZeroPhaseFilter(position_cutoff_ratio * out_.cutoff, piece.step).apply(q);
+    ZeroPhaseFilter(simulation::position_cutoff_ratio * out_.cutoff, piece.step).apply(q);
     differentiate(q, piece.step, dq, ddq);
     compare_rates(record, piece, dq);
     const auto stride =
         std::max<Eigen::Index>(1, static_cast<Eigen::Index>(1 / (evaluation_ratio * out_.cutoff * piece.step)));
     const Eigen::Index samples = (q.rows() - 1) / stride + 1;
     const double step = piece.step * static_cast<double>(stride);
-    const auto edge = static_cast<Eigen::Index>(std::ceil(1 / (out_.cutoff * step))) + derivative_margin;
+    const Eigen::Index edge = simulation::count_edge_samples(out_.cutoff, step);
     if (samples <= 2 * edge + 4) {
       out_.notes.push_back(
           fmt::format("{}: the piece of {:.4g} s from {:.6g} s is shorter than its filter needs and is left out",

@@ -2,7 +2,7 @@
 /// Records as linear equations in the unknown parameters: one channel for every measured effort, current or component of
 /// the force on the frame.
 
-#include "balance/synthesis/identification/measurement_record.hpp"
+#include "balance/motion/simulation/measurement_record.hpp"
 #include "balance/synthesis/identification/motion_equation.hpp"
 #include "balance/synthesis/identification/unknown_parameters.hpp"
 

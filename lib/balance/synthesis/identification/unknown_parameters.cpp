@@ -176,7 +176,7 @@ Mechanism with_friction_coordinates(const Mechanism& mechanism, const std::vecto
   Mechanism result = mechanism;
   std::erase_if(result.springs, [](const Spring& spring) { return spring.is_joint_spring() && spring.stiffness == 0; });
   for (const UnknownParameter& unknown : unknowns)
-    if (unknown.kind >= UnknownKind::viscous && find_friction(result, unknown.element) == nullptr)
+    if (is_friction(unknown.kind) && find_friction(result, unknown.element) == nullptr)
       result.friction.push_back({.coordinate = unknown.element});
   return result;
 }
@@ -249,6 +249,19 @@ VectorX known_inertial_values(const Mechanism& mechanism, const VectorX& all_val
           .setZero();
   }
   return values;
+}
+
+int column_group(const UnknownParameter& unknown) {
+  switch (unknown.kind) {
+    case UnknownKind::viscous:
+    case UnknownKind::coulomb: return 1;
+    case UnknownKind::offset: return 2;
+    case UnknownKind::disc_inertia: return 3;
+    case UnknownKind::payload:
+    case UnknownKind::body: break;
+  }
+  if (unknown.kind == UnknownKind::payload) return 0;
+  return unknown.slot == 0 ? 5 : 4;
 }
 
 }  // namespace balance::identification

@@ -18,6 +18,8 @@ enum class UnknownKind {
   offset,        ///< constant effort against the motion forwards, such as half of the difference of both directions
 };
 
+inline bool is_friction(UnknownKind kind) { return kind >= UnknownKind::viscous; }
+
 struct UnknownParameter {
   std::string name;   ///< "link1.mx", "A1.viscous", "rotor4.J"
   std::string owner;  ///< "link1", "A1"
@@ -41,6 +43,10 @@ struct UnknownOptions {
 /// what the options say of the remaining ones. Coordinates of spherical, planar, free and rolling joints have friction
 /// only if the spec says so.
 std::vector<UnknownParameter> list_unknowns(const Mechanism& mechanism, const UnknownOptions& options);
+
+/// Groups in the order in which find_base_combinations() chooses columns: names that people know come first. Payloads,
+/// friction, drives, moments of bodies, and last their masses, which few motions show by themselves.
+int column_group(const UnknownParameter& unknown);
 
 /// The mechanism with friction entries wherever friction is unknown, so that its coordinates are not cut.
 Mechanism with_friction_coordinates(const Mechanism& mechanism, const std::vector<UnknownParameter>& unknowns);

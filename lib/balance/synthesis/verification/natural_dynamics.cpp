@@ -18,6 +18,13 @@ void distribute_force(const AffineForm& point, Complex force, std::vector<Comple
     forces[static_cast<std::size_t>(term.point)] += std::conj(term.weight) * force;
 }
 
+/// A spring between points, with its lengths in another unit.
+Spring scale_lengths(Spring spring, double factor) {
+  spring.free_length *= factor;
+  if (spring.slack_length) *spring.slack_length *= factor;
+  return spring;
+}
+
 }  // namespace
 
 TableReader::TableReader(const model::ForceTableOf<double>& table) : table_(table) {
@@ -70,7 +77,7 @@ AppliedForces::AppliedForces(const Mechanism& mechanism, const NaturalModel& mod
     else
       springs_.push_back(
           {make_point_form(spring.second, spring.point_second) - make_point_form(spring.first, spring.point_first),
-           spring.stiffness, spring.free_length / L});
+           scale_lengths(spring, 1 / L)});
   for (const ForceElement& element : mechanism.force_elements)
     if (element.is_in_joint())
       joint_tables_.push_back(
@@ -102,11 +109,7 @@ NaturalWrench AppliedForces::add_forces(const NaturalCoordinates& position, cons
   }
   for (const PlacedSpring& spring : springs_) {
     const Complex spring_vector = spring.vector.at(position);
-    const double length = std::abs(spring_vector);
-    // a spring without free length pulls with k d even at zero length
-    const double force_per_length = spring.free_length == 0 ? spring.stiffness
-                                    : length > 0            ? spring.stiffness * (1 - spring.free_length / length)
-                                                            : 0;
+    const double force_per_length = spring.law.tension_per_length(std::abs(spring_vector));
     distribute_force(spring.vector, -force_per_length * spring_vector, forces);
   }
   for (const PointElement& placed : point_elements_) {
@@ -140,10 +143,7 @@ double AppliedForces::energy(const NaturalCoordinates& position) const {
     const double q = spring.coordinate.at(position.scalars);
     sum += (0.5 * spring.stiffness * q - spring.preload) * q;
   }
-  for (const PlacedSpring& spring : springs_) {
-    const double elongation = std::abs(spring.vector.at(position)) - spring.free_length;
-    sum += 0.5 * spring.stiffness * elongation * elongation;
-  }
+  for (const PlacedSpring& spring : springs_) sum += spring.law.energy(std::abs(spring.vector.at(position)));
   const double L = model_.length();
   for (const PointElement& placed : point_elements_)
     if (!placed.element->is_damper()) sum += placed.table.energy(L * std::abs(placed.vector.at(position))) / (L * L);

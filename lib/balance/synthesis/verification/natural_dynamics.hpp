@@ -51,7 +51,7 @@ class AppliedForces {
   };
   struct PlacedSpring {
     AffineForm vector;  ///< from its first to its second end
-    double stiffness, free_length;
+    Spring law;         ///< lengths in units of the model's length
   };
 
   struct JointSpring {

@@ -1,18 +1,18 @@
-#include "balance/synthesis/identification/signal_processing.hpp"
+#include "balance/motion/simulation/signal_processing.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/numerics/cubic_spline.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 
-#include <fmt/format.h>
 #include <unsupported/Eigen/FFT>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 #include <numbers>
 
-namespace balance::identification {
+namespace balance::simulation {
 
 namespace {
 
@@ -27,6 +27,12 @@ double median_step(const VectorX& time) {
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   return *middle;
+}
+
+std::string format_time(double time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", time);
+  return text;
 }
 
 double interpolate_linearly(const VectorX& x, const VectorX& y, double at, Eigen::Index& k) {
@@ -80,13 +86,13 @@ std::vector<UniformPiece> resample(const MeasurementRecord& record, std::vector<
     Eigen::Index end = begin + 1;
     while (end < record.time.size() && record.time[end] - record.time[end - 1] <= gap_steps * step) ++end;
     if (end < record.time.size())
-      notes.push_back(fmt::format("{}: cut at the gap from {:.6g} to {:.6g} s", record.source, record.time[end - 1],
-                                  record.time[end]));
+      notes.push_back(record.source + ": cut at the gap from " + format_time(record.time[end - 1]) + " to " +
+                      format_time(record.time[end]) + " s");
     if (end - begin >= min_piece_samples)
       pieces.push_back(resample_piece(record, begin, end - begin, step));
     else
-      notes.push_back(fmt::format("{}: the {} rows from {:.6g} s are too few to differentiate and are left out",
-                                  record.source, end - begin, record.time[begin]));
+      notes.push_back(record.source + ": the " + std::to_string(end - begin) + " rows from " +
+                      format_time(record.time[begin]) + " s are too few to differentiate and are left out");
     begin = end;
   }
   return pieces;
@@ -212,4 +218,27 @@ double find_bandwidth(const std::vector<MatrixX>& positions, const std::vector<d
   return bandwidth;
 }
 
-}  // namespace balance::identification
+double find_cutoff(const std::vector<MatrixX>& positions, const std::vector<double>& steps,
+                   std::vector<std::string>& notes) {
+  constexpr double energy_fraction = 0.99, bandwidths = 6, max_sampling_fraction = 0.2;
+  double cutoff = bandwidths * find_bandwidth(positions, steps, energy_fraction), sampling = 0;
+  for (const double step : steps) sampling = std::max(sampling, 1 / step);
+  if (cutoff > max_sampling_fraction * sampling) {
+    cutoff = max_sampling_fraction * sampling;
+    char rate[32];
+    std::snprintf(rate, sizeof rate, "%.4g", sampling);
+    notes.push_back(std::string("the motion fills the band that ") + rate +
+                    " rows a second can show: the cut-off is a fifth of them");
+  }
+  if (!(cutoff > 0)) return 0;
+  const double magnitude = std::floor(elementary::log10(cutoff)) - 1;
+  double unit = 1;
+  for (int k = 0; k < std::abs(static_cast<int>(magnitude)); ++k) unit *= magnitude > 0 ? 10 : 0.1;
+  return std::round(cutoff / unit) * unit;
+}
+
+Eigen::Index count_edge_samples(double cutoff, double step) {
+  return static_cast<Eigen::Index>(std::ceil(1 / (cutoff * step))) + derivative_margin;
+}
+
+}  // namespace balance::simulation

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::identification {
+namespace balance::simulation {
 
 /// The meaning of one column of a record.
 struct MeasuredSignal {
@@ -36,4 +36,11 @@ struct MeasurementRecord {
 /// Index of a signal among a record's columns; −1 if it was not measured.
 int find_signal(const MeasurementRecord& record, MeasuredSignal signal);
 
-}  // namespace balance::identification
+}  // namespace balance::simulation
+
+namespace balance {
+
+using simulation::MeasuredSignal;
+using simulation::MeasurementRecord;
+
+}  // namespace balance

@@ -3,12 +3,12 @@
 /// derivatives.
 
 #include "balance/foundation/base/types.hpp"
-#include "balance/synthesis/identification/measurement_record.hpp"
+#include "balance/motion/simulation/measurement_record.hpp"
 
 #include <string>
 #include <vector>
 
-namespace balance::identification {
+namespace balance::simulation {
 
 /// An evenly sampled part of a record.
 struct UniformPiece {
@@ -55,4 +55,15 @@ inline constexpr Eigen::Index derivative_margin = 3;
 /// @param positions of every piece, the same signals @param steps of every piece [s]
 double find_bandwidth(const std::vector<MatrixX>& positions, const std::vector<double>& steps, double fraction);
 
-}  // namespace balance::identification
+/// Cut-off of the low-pass filter for these positions: six times the frequency below which 99 % of the energy of the
+/// rates lies, at most a fifth of the sampling rate; two digits, which do not depend on round-off [Hz]. 0: nothing moves.
+/// @param notes says so if the sampling rate limits it
+double find_cutoff(const std::vector<MatrixX>& positions, const std::vector<double>& steps,
+                   std::vector<std::string>& notes);
+/// Positions are low-passed at this multiple of the cut-off: what they pass below it is flat.
+inline constexpr double position_cutoff_ratio = 3;
+
+/// Samples at each end that the filter and the derivatives distort.
+Eigen::Index count_edge_samples(double cutoff, double step);
+
+}  // namespace balance::simulation
