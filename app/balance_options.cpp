@@ -2,6 +2,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/reports/designed_spec.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/conditions/known_terms.hpp"
 #include "cli/failures.hpp"
@@ -34,7 +35,7 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
     return report;
   } catch (const std::invalid_argument& error) {
     // The options are valid, so the error is in the spec.
-    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
+    throw SpecError({.place = specification::locate_key(space.start, "design"), .message = error.what()});
   }
 }
 

@@ -8,6 +8,7 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/provenance.hpp"
+#include "balance/synthesis/design/catalogue_search.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -118,7 +119,7 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
   if (options.starts > 0) result.search.max_restarts = options.starts;
   result.keeps_certificates = !options.certificate.empty();
   result.compare_trajectories = !options.quiet || options.spec.json || !options.h5.empty();
-  if (study.free_numbers.empty()) {
+  if (study.free_numbers.empty() && !design::has_free_rows(study)) {
     throw SpecError({.place = {.file = study.spec_file},
                      .message = "there is nothing to design: no number is free; write {free: [lower, upper]} in "
                                 "place of a number, for instance mass: {free: [0, 10]} of a counterweight"});

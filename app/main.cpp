@@ -158,8 +158,7 @@ ExitCode translate(int argc, char** argv) {
   } catch (const SpecError& error) {
     return fail_spec(error, json);
   } catch (const MotionFailure& error) {
-    const std::string message = std::string("error: ") + error.what();
-    return fail(ExitCode::mechanism, message, json ? files::format_error_json("mechanism", error.outcome) : "");
+    return fail(ExitCode::mechanism, error.text(), json ? files::format_error_json("mechanism", error.outcome) : "");
   } catch (const MechanismFailure& error) {
     const std::string message = std::string("error: ") + error.what();
     return fail(ExitCode::mechanism, message,

@@ -2,9 +2,10 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/mechanics/dynamics/single_state.hpp"
 #include "balance/mechanics/kinematics/assembly.hpp"
-#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/motion/simulation/prediction.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
@@ -59,14 +60,13 @@ files::StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::st
                        .spec_text = study.spec_text,
                        .trajectory = trajectory.name,
                        .law = law_name(trajectory),
-                       .drive = name_of(trajectory.drive)};
+                       .drive = drive_name(trajectory)};
   try {
     run.result = simulate(study, trajectory);
   } catch (const std::invalid_argument& error) {
-    throw SpecError(
-        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+    throw SpecError({.place = specification::locate_trajectory(study, trajectory), .message = error.what()});
   }
-  if (run.result.outcome.status != MotionStatus::done) throw MotionFailure(run.result.outcome);
+  if (run.result.outcome.status != MotionStatus::done) throw MotionFailure(run.result.outcome, study, trajectory.name);
   return run;
 }
 

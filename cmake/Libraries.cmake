@@ -31,7 +31,8 @@ set(balance_clp_seam lib/balance/foundation/numerics/linear_program.cpp)
 set_source_files_properties(
   lib/balance/foundation/numerics/eigen_instantiations.cpp lib/balance/foundation/numerics/eigen_instantiations_svd.cpp
   lib/balance/foundation/numerics/right_singular_vectors.cpp lib/balance/synthesis/conditions/farkas_certificates.cpp
-  lib/balance/synthesis/design/catalogue_program.cpp
+  lib/balance/synthesis/design/catalogue_program.cpp lib/balance/synthesis/design/catalogue_search.cpp
+  lib/balance/synthesis/design/length_ratio_bound.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 balance_part(core

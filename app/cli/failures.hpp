@@ -1,7 +1,9 @@
 #pragma once
 /// Failures specific to the program. Like those of the library, main translates them to exit codes.
 
+#include "balance/foundation/base/error.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/motion/study/study.hpp"
 
 #include <stdexcept>
 #include <string>
@@ -46,7 +48,13 @@ class MechanismFailure : public std::runtime_error {
 class MotionFailure : public std::runtime_error {
  public:
   explicit MotionFailure(const MotionOutcome& result) : std::runtime_error(result.reason), outcome(result) {}
+  /// Along a trajectory; where the spec says what moves, the message begins with its place.
+  /// @param trajectory its name
+  MotionFailure(const MotionOutcome& result, const Study& study, const std::string& trajectory);
+  /// `spec.yaml:3:5: trajectories.run.free: …` or `error: …`
+  std::string text() const;
   MotionOutcome outcome;
+  SourceLocation place;  ///< without a line: none
 };
 
 }  // namespace balance::app

@@ -3,6 +3,7 @@
 #include "cli/console.hpp"
 #include "cli/validators.hpp"
 
+#include "balance/foundation/base/latex_lines.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
@@ -52,7 +53,7 @@ ExitCode run(const ConditionsOptions& options) {
   if (options.spec.json)
     print(files::format_json(conditions_json(view, space.start.warnings)));
   else
-    print_text(options.latex ? conditions_latex(view.conditions, view.names)
+    print_text(options.latex ? with_page_breaks(conditions_latex(view.conditions, view.names))
                              : conditions_text(view, choose_text_options(options.spec, space.start)));
   return view.unbalanced_remainder.empty() ? ExitCode::done : ExitCode::not_met;
 }

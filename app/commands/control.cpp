@@ -1,9 +1,11 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/provenance.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/control/controller_error.hpp"
 #include "balance/motion/study/study.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
@@ -28,11 +30,14 @@ RunResult control_or_throw(const Study& study, const Trajectory& trajectory, con
   try {
     return simulate_closed_loop(study.mechanism, trajectory, controller,
                                 {.hold_time = options.settle, .max_steps = options.steps, .progress = progress});
+  } catch (const control::ControllerError& error) {
+    const std::string key = "controllers." + controller.name + (error.key().empty() ? "" : "." + error.key());
+    throw SpecError({.place = specification::locate_key(study, key),
+                     .message = fmt::format("along trajectory '{}': {}", trajectory.name, error.what())});
   } catch (const std::invalid_argument& error) {
     // The options are valid, so the error is in the spec.
-    throw SpecError({.place = {.file = study.spec_file,
-                               .key = "trajectories." + trajectory.name + ", controllers." + controller.name},
-                     .message = error.what()});
+    throw SpecError({.place = specification::locate_key(study, "trajectories." + trajectory.name),
+                     .message = fmt::format("with controller '{}': {}", controller.name, error.what())});
   }
 }
 
@@ -55,7 +60,7 @@ ExitCode run(const ControlCommandOptions& options) {
   if (result.time.size() >= 2) files = write_files(run_options, result, description);
   if (!done) {
     for (const std::string& file : files) print_message("written up to where the run ended: " + file);
-    throw MotionFailure(result.outcome);
+    throw MotionFailure(result.outcome, study, trajectory.name);
   }
   print_result(run_options, study, result, description, files);
   return ExitCode::done;

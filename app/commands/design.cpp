@@ -5,6 +5,7 @@
 #include "balance/interface/reports/certificate_file.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/front_sections.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/synthesis/design/length_bound_search.hpp"
 #include "balance_options.hpp"
 #include "cli/console.hpp"
@@ -230,7 +231,7 @@ design::ParetoFront find_front_or_throw(const DesignSpace& space, const DesignSt
         throw MechanismFailure(refusal.status, refusal.reason);
     return front;
   } catch (const std::invalid_argument& error) {
-    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
+    throw SpecError({.place = specification::locate_key(space.start, "design"), .message = error.what()});
   }
 }
 

@@ -1,4 +1,5 @@
 #include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/latex_lines.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/json.hpp"
@@ -138,7 +139,7 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
                                  trajectory.name));
   const RunResult run =
       call_or_throw_usage_error(options, study, [&] { return simulate(study.mechanism, trajectory); });
-  if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
+  if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome, study, trajectory.name);
   const Mechanism mechanism = mechanism_along(study, trajectory.name);
   write(options, study, mechanism, call_or_throw_usage_error(options, study, [&] {
           return formulas::compute_equations_along(mechanism, run, options.independent);
@@ -182,7 +183,7 @@ ExitCode run(const EquationsOptions& options) {
   if (options.spec.json)
     print(equations_json(view, study.warnings));
   else if (options.latex)
-    print_text(equations_latex(view));
+    print_text(with_page_breaks(equations_latex(view)));
   if (!options.output.empty()) write(options, study, study.mechanism, as_one_sample(view.at));
   if (!options.spec.json && !options.latex) print_text(equations_text(view, choose_text_options(options.spec, study)));
   return ExitCode::done;
@@ -408,7 +409,8 @@ ExitCode print_formulas(const FormulaOptions& options) {
     if (options.spec.json)
       print(formulas_json(found.view));
     else
-      print_text(options.latex ? formulas_latex(found.latex) : formulas_text(found.view, text_width()));
+      print_text(options.latex ? with_page_breaks(formulas_latex(found.latex))
+                               : formulas_text(found.view, text_width()));
   } catch (const reports::FormulaRequestError& error) {
     throw UsageError(error.what());
   }

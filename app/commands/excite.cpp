@@ -431,8 +431,8 @@ Command setup_excite(CLI::App& program) {
       "determinant of the information. Random series within the same limits are the comparison.\n\n"
       "Examples:\n"
       "  balance excite arm.yaml --limit rate=2,effort=40 -o arm-excited.yaml\n"
-      "  balance excite 5r.yaml --limit A1=-90:90,A2=0:180,rate=300 --duration 8 --csv motion.csv\n"
-      "  balance excite arm.yaml --limits-of fastest --harmonics 4 --evaluations 500 --json");
+      "  balance excite 5r.yaml --limit A1=-90:90,A2=0:180,rate=300 --csv motion.csv\n"
+      "  balance excite arm.yaml --limits-of fastest --evaluations 500 --json");
   return {parser, [options] { return run(*options); }};
 }
 

@@ -29,7 +29,8 @@ reports::VibrationReportData analyse_or_throw(const ModesOptions& options, const
   try {
     reports::VibrationReportData view = reports::analyse_modes(
         study, options.request, speed_unit, [&](double fraction) { line.draw_fraction("sweep", fraction); });
-    if (view.modes.motion.outcome.status != MotionStatus::done) throw MotionFailure(view.modes.motion.outcome);
+    if (view.modes.motion.outcome.status != MotionStatus::done)
+      throw MotionFailure(view.modes.motion.outcome, study, view.modes.trajectory);
     return view;
   } catch (const reports::SweepError& error) {
     throw UsageError(error.what());

@@ -100,7 +100,8 @@ reports::Plot choose_sweep_picture(const PlotOptions& options) {
     const reports::VibrationReportData view = reports::analyse_modes(
         study, {.trajectory = name->trajectory, .sweep = options.sweep}, files::find_display_unit("rad/s", units),
         [&](double fraction) { line.draw_fraction("sweep", fraction); });
-    if (view.modes.motion.outcome.status != MotionStatus::done) throw MotionFailure(view.modes.motion.outcome);
+    if (view.modes.motion.outcome.status != MotionStatus::done)
+      throw MotionFailure(view.modes.motion.outcome, study, view.modes.trajectory);
     reports::Plot picture = reports::plot_sweep(view, units);
     picture.title = options.title;
     return picture;
@@ -190,21 +191,16 @@ Command setup_plot(CLI::App& program) {
       "The default is torque, shaking_force and shaking_moment. Several results share one picture. A spec,\n"
       "optionally followed by a colon and a trajectory, is simulated first. A phase plane shows the rate\n"
       "along the path over the position, with the largest allowed rate. gnuplot must be installed.\n\n"
-      "Of a result of balance identify --h5: effort (measured and predicted), residual, friction; effort[A1] is\n"
-      "one channel. --x rate draws them over the rates of moving joints.\n\n"
+      "Of a file of balance identify --h5, effort, residual and friction are drawn; effort[A1] is one channel.\n\n"
       "With --poses, paths are drawn with the mechanism: at the start, in the middle and at the end, or at N\n"
-      "evenly spaced times, and of a spec without a motion as it is assembled. Mechanisms in space are projected; "
-      "--plane isometric shows all three axes.\n\n"
+      "evenly spaced times. Mechanisms in space are projected; --plane isometric shows all three axes.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
       "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"
-      "  balance plot run.h5 --quantity 'torque[A1]' -o a1.png --size 160x90\n"
-      "  balance plot run.h5 --path -o path.svg --font Times,10\n"
       "  balance plot run.h5 --path --poses -o poses.svg\n"
       "  balance plot a.h5 b.h5 --path --poses 5 --side-by-side -o poses.pdf\n"
       "  balance plot engine.yaml --orders 8 -o orders.svg\n"
       "  balance plot engine.yaml --quantity torque --x angle -o turning-moment.svg\n"
-      "  balance plot 3rrr.yaml:fast --phase -o phase.svg\n"
       "  balance plot found.h5 --x rate -o friction.svg\n"
       "  balance plot frame-on-mounts.yaml:run --sweep A=2:70 -o campbell.svg");
   return {parser, [options] { return run(*options); }};

@@ -13,10 +13,11 @@
 #include "balance/interface/reports/html_report.hpp"
 #include "balance/interface/reports/html_report_data.hpp"
 #include "balance/interface/reports/modes_request.hpp"
-#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/simulation/prediction.hpp"
 #include "balance/motion/vibration/mode_shape_run.hpp"
+#include "balance/synthesis/design/catalogue_search.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 #include "balance/synthesis/tolerance/tolerance_analysis.hpp"
@@ -102,7 +103,7 @@ reports::ReportedTrajectory describe(const Study& study, const std::string& name
   reported.name = name;
   if (const Trajectory* trajectory = study::find_by_name(study.trajectories, name)) {
     reported.law = law_name(*trajectory);
-    reported.drive = name_of(trajectory->drive);
+    reported.drive = drive_name(*trajectory);
   }
   return reported;
 }
@@ -283,7 +284,11 @@ void add_design(const ReportOptions& options, const DesignSpace& space, HtmlRepo
   page.before = shown_mechanism(view.report.study_before);
   page.after = shown_mechanism(view.report.study_after);
   page.answers->design = reports::design_json(view, {});
-  DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
+  std::vector<int> rows;
+  if (view.report.catalogue)
+    for (const study::CatalogueChoice& choice : view.report.catalogue->choices) rows.push_back(choice.row);
+  DesignSpace before = space.fix_others(view.report.before, {}),
+              after = space.with_rows(rows).fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;
   run_trajectories(options, before, &after, page);
@@ -297,7 +302,7 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
     for (const Goal& goal : choose_goals(options.goal, study)) page.goal_descriptions.push_back(describe_goal(goal));
   const bool asks_for_design =
       has_goal || study.design.front || !study.design.minimize.empty() || !study.design.subject_to.empty();
-  if (asks_for_design && !study.free_numbers.empty()) {
+  if (asks_for_design && (!study.free_numbers.empty() || design::has_free_rows(study))) {
     add_design(options, space, page);
     return page;
   }

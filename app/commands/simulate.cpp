@@ -4,6 +4,7 @@
 #include "run_options.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/mechanics/dynamics/effort_breakdown.hpp"
 #include "balance/mechanics/results/body_poses.hpp"
 #include "balance/mechanics/results/orders.hpp"
@@ -25,12 +26,12 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
                            : simulate(study.mechanism, trajectory, progress);
     simulation::add_measured_efforts(study, trajectory, result);
     if (result.outcome.status == MotionStatus::done) return result;
-    result.outcome.reason += simulation::describe_feasible_modes(study.mechanism, trajectory, result.outcome);
-    throw MotionFailure(result.outcome);
+    if (!trajectory.free_motion)
+      result.outcome.reason += simulation::describe_feasible_modes(study.mechanism, trajectory, result.outcome);
+    throw MotionFailure(result.outcome, study, trajectory.name);
   } catch (const std::invalid_argument& error) {
     // The options are valid, so the error is in the spec.
-    throw SpecError(
-        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+    throw SpecError({.place = specification::locate_trajectory(study, trajectory), .message = error.what()});
   }
 }
 
@@ -39,8 +40,7 @@ void add_parts(const Study& study, const Trajectory& trajectory, RunResult& resu
     const MotionOutcome outcome = dynamics::add_effort_breakdown(mechanism_along(study, trajectory.name), result);
     if (outcome.status != MotionStatus::done) throw MotionFailure(outcome);
   } catch (const std::invalid_argument& error) {
-    throw SpecError(
-        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+    throw SpecError({.place = specification::locate_trajectory(study, trajectory), .message = error.what()});
   }
 }
 

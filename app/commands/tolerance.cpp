@@ -9,6 +9,7 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/reports/tolerance_sections.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -98,7 +99,7 @@ ExitCode run(const ToleranceOptions& options) {
   const Study& study = spec.space.start;
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (spec.tolerances.empty())
-    throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"},
+    throw SpecError({.place = specification::locate_key(study, "tolerances"),
                      .message = "missing: expected the numbers that may deviate"});
   check_quantities(options, study.mechanism);
   check_deviations_output(options, study);
@@ -114,7 +115,7 @@ ExitCode run(const ToleranceOptions& options) {
       print_status(files, text);
     }
   } catch (const std::invalid_argument& error) {
-    throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"}, .message = error.what()});
+    throw SpecError({.place = specification::locate_key(study, "tolerances"), .message = error.what()});
   }
   return ExitCode::done;
 }

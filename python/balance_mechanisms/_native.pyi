@@ -9,7 +9,7 @@ starters: list[tuple[str, str]]
 _Outcome = tuple[str, float, str]
 _Failures = list[tuple[int, _Outcome]]
 _Progress = Callable[[float], Any] | None
-_Series = tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray]
+_Series = tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray, numpy.ndarray]
 
 class Mechanism:
     @property

@@ -5,7 +5,7 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/reports/check_sections.hpp"
 #include "balance/interface/specification/display_units.hpp"
-#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 #include "balance/synthesis/verification/formulation_check.hpp"
 #include "balance/synthesis/verification/mechanism_check.hpp"
@@ -37,7 +37,7 @@ py::list trajectories_of(const Spec& spec) {
     py::dict entry;
     entry["name"] = one.name;
     entry["law"] = law_name(one);
-    entry["drive"] = name_of(one.drive);
+    entry["drive"] = drive_name(one);
     entry["duration"] = one.duration;
     entry["samples"] = one.samples;
     all.append(entry);

@@ -37,6 +37,36 @@ trajectories:
     adapt: {cw: ADAPT}
 """
 OUT = "{to: [-0.3, 0.02], start: 0.5, duration: 0.8}"
+# An arm that takes a payload up, to which both counterweights move out, with a ballast that moves with the second link.
+CARRIER = """
+space: planar
+gravity: [0, -9.81]
+parameters: {load: 0.8}
+ground: {points: {O: [0, 0]}}
+bodies:
+  link1: {mass: 2, com: [0.2, 0], inertia: 0.04, points: {O: [0, 0], B: [0.5, 0]}}
+  link2: {mass: 1.5, com: [0.2, 0], inertia: 0.03, points: {B: [0, 0], C: [0.45, 0]}}
+payloads: {ballast: {body: link2, at: [0.1, 0.1], mass: 0.3}, cargo: {body: link2, at: C, mass: load, from: 0.5}}
+counterweights: {cw1: {body: link1, at: [-0.4, 0], mass: 6}, cw2: {body: link2, at: [-0.1, 0], mass: 3}}
+joints:
+  J1: {type: revolute, connects: [ground.O, link1.O]}
+  J2: {type: revolute, connects: [link1.B, link2.B]}
+actuators: [J1, J2]
+tool: link2.C
+controllers:
+  follow: {type: computed-torque, rate: 2000, bandwidth: 10MODEL}
+trajectories:
+  carry:
+    law: cycloidal
+    drive: joints
+    duration: 1.2
+    samples: 601
+    from: {joints: {J1: 0.2, J2: 0.5}}
+    to: {joints: {J1: 1.4, J2: 1.3}}
+    adapt:
+      cw1: {to: [-0.46, 0], start: 0.5, duration: 0.3}
+      cw2: {to: [-0.22, 0], start: 0.5, duration: 0.3}
+"""
 # A wrist in space, with a counterweight that moves askew.
 SPATIAL = """
 space: spatial
@@ -179,7 +209,27 @@ trajectories:
         self.assertEqual(len(told["adaptation"]["moves"]), 2)
         for gains, words in (("{type: pd, kp: 30, kd: 4}", "'kp'"), ("{type: sliding-mode, k: 3}", "'k'")):
             spec = self.write("pd.yaml", STILL.replace("ADAPT", OUT).replace("{type: computed-torque, rate: 5000}", gains))
-            self.assert_failure(run("control", spec, "-c", "follow"), 3, words, "counterweights that move")
+            done = run("control", spec, "-c", "follow")
+            key = words.strip("'")
+            self.assert_failure(done, 3, words, "counterweights that move", f": controllers.follow.{key}: along trajectory 'stay'")
+            self.assertRegex(done.stderr, rf"pd\.yaml:14:\d+: controllers\.follow\.{key}")
+
+    def test_a_controller_that_does_not_know_the_payload(self):
+        """A model without the payload is one in which it has no mass, whatever else the model lacks before it in the list."""
+        runs = {}
+        for name, model in (("knows", ""), ("lacks", ", model: {without: [cargo]}"), ("weightless", ", model: {set: {load: 0}}"),
+                            ("lacks two", ", model: {without: [ballast, cargo]}")):
+            text = CARRIER.replace("MODEL", model)
+            told, runs[name] = self.samples(text, "-c", "follow", command="control")
+            self.assertEqual(len(told["adaptation"]["moves"]), 2)
+        for quantity in ("torque", "joint_position"):
+            np.testing.assert_allclose(runs["lacks"][quantity], runs["weightless"][quantity], rtol=0, atol=1e-9)
+        error = {name: np.abs(found["tracking_error"][-1]).max() for name, found in runs.items()}  # long after the impact
+        self.assertLess(error["knows"], 1e-4)
+        self.assertGreater(error["lacks"], 20 * error["knows"])
+        self.assertGreater(np.abs(runs["lacks two"]["torque"] - runs["lacks"]["torque"]).max(), 1e-3)
+        done = run("control", self.write("blind.yaml", CARRIER.replace("MODEL", ", model: {without: [cw1]}")), "-c", "follow")
+        self.assert_failure(done, 3, "blind.yaml:17:", "controllers.follow.model.without", "needs counterweight 'cw1'")
 
     def test_every_drive(self):
         for text in (config("machines/5r-adapts.yaml", ("law: cycloidal\n.*from: ", "path: {table: [[0, 0.1, 0.5], [0.6, 0.15, 0.5], [1.4, 0.2, 0.5], [2, 0.3, 0.42]]}\n"

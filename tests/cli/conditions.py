@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 from _four_bar import SHORT
-from _program import CONFIGS, Case, run
+from _program import CONFIGS, Case, config, run, unwrapped
 
 RR = os.path.join(CONFIGS, "rr.yaml")
 FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
@@ -88,13 +88,40 @@ class Conditions(Case):
     def test_latex_is_one_environment_and_nothing_else(self):
         done = run("conditions", FIVE_BAR, "--goal", "static", "--latex")
         self.assert_quiet_success(done)
-        self.assertTrue(done.stdout.startswith("\\begin{align*}\n"))
-        self.assertTrue(done.stdout.endswith("\n\\end{align*}\n"))
+        self.assertTrue(done.stdout.startswith("\\begingroup\\allowdisplaybreaks\n\\begin{align*}\n"))
+        self.assertTrue(done.stdout.endswith("\n\\end{align*}\n\\endgroup\n"))
         self.assertIn("(m x)_{\\text{crank1}} + a_{11}\\, m_{\\text{coupler1}}", done.stdout)
         self.assertIn("\\frac{a_{12}}{a_{22}}", done.stdout)
         bare = re.sub(r"\\.", "", done.stdout)
         self.assertEqual(bare.count("{"), bare.count("}"))
         self.assert_failure(run("conditions", FIVE_BAR, "--latex", "--json"), 2)
+
+    def test_latex_of_no_conditions_is_a_comment(self):
+        done = run("conditions", os.path.join(CONFIGS, "3rrr.yaml"), "--goal", "static", "--latex")
+        self.assert_quiet_success(done)
+        self.assertEqual(done.stdout, "% no conditions\n")
+
+    def test_speeds_of_the_command_line_know_the_parameters(self):
+        """As if the number of the parameter stood there, also one that --set changes."""
+        adaptive = os.path.join(CONFIGS, "rr-adaptive.yaml")
+        for options, number in (((), "0.5"), (("--set", "a1=0.7"), "0.7")):
+            named = run("conditions", adaptive, "--goal", "gyroscopic", "--speeds", "p: {R1: a1, R2: a1^2}, q: R2", *options)
+            self.assert_quiet_success(named)
+            plain = run("conditions", adaptive, "--goal", "gyroscopic", "--speeds", f"p: {{R1: {number}, R2: {number}^2}}, q: R2", *options)
+            self.assertEqual(named.stdout, plain.stdout)
+        done = run("conditions", adaptive, "--speeds", "p: {R1: a9}, q: R2")
+        self.assert_failure(done, 2, "--speeds: p.R1", "there is no parameter 'a9'")
+        at = run("equations", adaptive, "--at", "{tool: [a1, a2]}", "--only", "inertia")
+        self.assert_quiet_success(at)
+        self.assertEqual(at.stdout, run("equations", adaptive, "--at", "{tool: [0.5, 0.4]}", "--only", "inertia").stdout)
+
+    def test_gravity_that_is_zero_by_a_parameter_is_named(self):
+        text = config("rr-adaptive.yaml", (r"gravity: \[0, -9.81\]", "gravity: [0, \"-g0\"]"), (r"parameters: {", "parameters: {g0: 0, "))
+        done = run("conditions", self.write("zero.yaml", text), "--goal", "gyroscopic")
+        self.assertIn("g0 is 0 in the spec: weight imposes no condition, but does with another value (--set)", unwrapped(done.stdout))
+        self.assertEqual(run("conditions", self.path("zero.yaml"), "--goal", "gyroscopic", "--set", "g0=9.81").stdout.count("g0"), 0)
+        none = run("conditions", self.write("none.yaml", text.replace("-g0", "0 * g0")), "--goal", "gyroscopic")
+        self.assertIn("there is no gravity in this spec", unwrapped(none.stdout))
 
     def test_the_modular_strategy_asks_for_more(self):
         # P0 section 2.2: eight static conditions where six are enough.

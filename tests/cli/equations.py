@@ -115,6 +115,21 @@ class Equations(Case):
             made = subprocess.run(["pdflatex", "-halt-on-error", "all.tex"], cwd=folder, capture_output=True, text=True)
             self.assertEqual(made.returncode, 0, made.stdout)
 
+    @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
+    def test_wide_matrices_and_long_parameters_stay_within_the_margins(self):
+        """Matrices come in blocks, base parameters on several lines, and pages break between rows."""
+        for spec in ("delta-gravity.yaml", "bricard.yaml", "5r.yaml"):
+            done = run("equations", os.path.join(CONFIGS, spec), "--at", "start", "--latex", "--only",
+                       "inertia,velocity,gravity,redundant,parameters")  # fmt: skip
+            self.assert_quiet_success(done)
+            with tempfile.TemporaryDirectory() as folder:
+                with open(os.path.join(folder, "all.tex"), "w") as page:
+                    page.write("\\documentclass{article}\\usepackage{amsmath}\\begin{document}" + done.stdout + "\\end{document}")
+                made = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"], cwd=folder,
+                                      capture_output=True, text=True)  # fmt: skip
+                self.assertEqual(made.returncode, 0, made.stdout[-2000:])
+                self.assertNotIn("Overfull", made.stdout, spec)
+
     def test_words_for_what_is_no_pose(self):
         self.refused(2, "POSE", ARM, "--at")
         self.refused(2, "empty", ARM, "--at", "")

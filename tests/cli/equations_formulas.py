@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-from _program import CONFIGS, Case, run, unwrapped
+from _program import CONFIGS, Case, config, run, unwrapped
 
 ARM = os.path.join(CONFIGS, "planar-rrr.yaml")
 SPATIAL = os.path.join(CONFIGS, "spatial-rrr.yaml")
@@ -220,6 +220,32 @@ discs:
                                   check=False, capture_output=True)
             self.assertEqual(done.returncode, 0, done.stdout[-2000:])
             self.assertIsNone(re.search(r"^!", done.stdout, re.MULTILINE))
+
+    def test_a_number_that_terms_share_stands_before_what_is_collected(self):
+        text = self.text(os.path.join(CONFIGS, "planar-rrr.yaml"), "--collect", "l1", "--only", "inertia")
+        self.assertIn("+ 2 l1 (m2 lg2 + m3 l2) cos(theta2)", " ".join(text.split()))
+
+    def test_values_of_parameters_are_in_the_spec_s_units(self):
+        spec = self.write("mm.yaml", config("rr.yaml", (r"gravity: \[0, -9.81\]", "units: {length: mm}\ngravity: [0, -9810]"),
+                                            (r"a1: 0.5, a2: 0.4", "a1: 500, a2: 400"), (r"inertia: 0.042", "inertia: 42000")))  # fmt: skip
+        text = " ".join(self.text(spec, "--only", "gravity").split())
+        self.assertRegex(text, r"where a1 = 500, a2 = 400, .* in the spec's units, and m1 = 2, .*g = 9\.81 in SI units")
+        self.assertNotIn("spec's units", self.text(os.path.join(CONFIGS, "rr.yaml"), "--only", "gravity"))
+
+    def test_the_radius_of_a_wheel_has_a_name(self):
+        """A disc that rolls along a line: M = J + m r^2, whether the radius is a parameter or a number."""
+        wheel = """
+space: planar
+gravity: [0, -9.81]
+parameters: {r: 0.2}
+ground: {points: {O: [0, 0.2]}}
+bodies: {disc: {mass: 3, com: [0, 0], inertia: 0.06, points: {C: [0, 0]}}}
+joints: {W: {type: rolling, connects: [ground.O, disc.C], radius: RADIUS}}
+actuators: [W.angle]
+"""
+        for radius, name in (("r", "r"), ("0.2", "r_W"), ("2 * r", "r")):
+            text = self.text(self.write("wheel.yaml", wheel.replace("RADIUS", radius)), "--only", "inertia")
+            self.assertIn(f"D11 = Jz1 + {'4 ' if '*' in radius else ''}m1 {name}^2", text)
 
     @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
     def test_long_names_and_fractions_stay_within_the_margins(self):

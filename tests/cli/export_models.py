@@ -137,6 +137,26 @@ class ExportModels(Case):
         self.assertEqual([one.get("joint") for one in root.find("actuator")], ["J1", "J2", "J3", "J4.1", "J4.2"])
         self.assertEqual(root.find("option").get("gravity"), "0.3 0 -9.81")
 
+    def test_a_spring_with_initial_tension_pulls_as_in_the_file(self):
+        """stiffness (length - springlength) = count (F0 + k (length - cable - l0)): the law of a tendon; read back, too."""
+        spring = "{between: [ground.A, hand.B], stiffness: 40, free_length: 0.3, initial_tension: 14, cable: 0.01, count: 2, longest_length: 0.9}"
+        text = re.sub(r"  s: \{between: \[([^]]*)\].*", lambda found: "  s: " + spring.replace("ground.A, hand.B", found[1]), ARM)
+        root, done = self.export(self.write("arm.yaml", text), "arm.xml", "--json")
+        tendon = root.find("tendon/spatial")
+        stiffness, length = float(tendon.get("stiffness")), float(tendon.get("springlength"))
+        self.assertEqual(stiffness, 80)
+        self.assertAlmostEqual(length, 0.31 - 14 / 40, 15)
+        self.assertLess(length, 0)  # pulls even at zero length
+        missing = " ".join(json.loads(done.stdout)["missing"])
+        self.assertIn("slack of spring 's'", missing)
+        self.assertIn("travel of spring 's'", missing)
+        done = run("import", self.path("arm.xml"), "-o", self.path("back.yaml"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.path("back.yaml"), encoding="utf-8") as file:
+            back = next(iter(yaml.safe_load(file)["springs"].values()))
+        self.assertAlmostEqual(back["initial_tension"], 80 * (14 / 40 - 0.31), 12)
+        self.assertEqual(back["free_length"], 0)
+
     def test_what_a_format_lacks_is_said(self):
         text = ARM + "loads: {push: {body: hand, force: [0, 0, 5]}}\n"
         text = text.replace("  t: {joint: J2", "  g: {joint: J2, table: [[-1, 2], [1, -2]]}\n  t: {joint: J2")

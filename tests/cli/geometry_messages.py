@@ -5,7 +5,7 @@ import re
 import unittest
 
 from _four_bar import four_bar
-from _program import Case, run
+from _program import Case, config, run, unwrapped
 
 
 def moved(lengths, start, end):
@@ -26,6 +26,39 @@ class GeometryMessages(Case):
             "to: {tool: [1, 1]}", "to: {tool: [3, 4]}"))
         self.assert_failure(run("simulate", spec), 4, "the end pose cannot be reached: it asks for the tool at (3, 4) m",
                             "(nearest is (1.2, 1.6) m), 3 m out of reach", "there one and two are in line at B")
+
+    def test_legs_that_miss_a_pose_by_themselves_are_named(self):
+        """5R: each leg reaches its two links' length from its bearing, and the nearest place is on the line to the tool."""
+        links, base = {"crank1": 0.3 + 0.45, "crank2 - coupler2": 0.32 + 0.42}, {"crank1": (0, 0), "crank2 - coupler2": (0.4, 0)}
+        for place in ((0.9, 0.3), (-0.3, 0.5)):
+            missing = []
+            text = config("5r.yaml", (r"from: \{tool: .*?\]\}", f"from: {{tool: [{place[0]}, {place[1]}]}}"))
+            done = run("check", self.write("from.yaml", text))
+            self.assertEqual(done.returncode, 4, done.stdout)
+            message = unwrapped(done.stderr)
+            for leg, (x, y) in base.items():
+                distance = math.hypot(place[0] - x, place[1] - y)
+                found = re.search(rf"leg {leg} by itself: the tool at \S+ \S+ m \(nearest is \((\S+), (\S+)\) m\), (\S+) m out of reach; there", message)
+                self.assertEqual(found is not None, distance > links[leg], message)
+                if not found:
+                    continue
+                missing.append(leg)
+                ratio = links[leg] / distance
+                for figure, value in zip(found.groups(), (x + ratio * (place[0] - x), y + ratio * (place[1] - y), distance - links[leg])):
+                    self.assertAlmostEqual(float(figure), value, places=5)
+            self.assertTrue(missing)
+        # the same place as an end, for check and simulate
+        spec = self.write("to.yaml", config("5r.yaml", (r"to: \{tool: .*?\]\}", "to: {tool: [-0.3, 0.5]}")))
+        words = "the end pose cannot be reached: it asks for the tool at (-0.3, 0.5) m"
+        self.assertIn(words, unwrapped(run("check", spec).stdout))
+        self.assert_failure(run("simulate", spec), 4, words, "leg crank2 - coupler2 by itself")
+
+    def test_legs_of_mechanisms_in_space_are_named(self):
+        """A Delta's tool far out on one side: the arms on the other side are too short, whatever the third does."""
+        text = config("delta.yaml", (r"from: \{tool: .*?\]\}", "from: {tool: [0.9, 0.05, -0.48]}"))
+        message = unwrapped(run("check", self.write("delta.yaml", text)).stderr)
+        self.assertIn("m out of reach", message)
+        self.assertRegex(message, r"; leg arm\d - rod\dL - rod\dR by itself: the tool at \(0.9, 0.05, -0.48\) m")
 
     def test_a_joint_beyond_its_dead_point_names_the_nearest_value_and_the_links_in_line(self):
         found = self.stopped((1, 0.5, 0.4, 0.4), 2, 2.5)

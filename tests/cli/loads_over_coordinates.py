@@ -156,5 +156,51 @@ class LoadsOverCoordinates(Case):
         self.assertLessEqual(answer["objective"]["value"], peaks.min() * (1 + 1e-3))
 
 
+class Expressions(Case):
+    """Loads as expressions of a coordinate: a wheel whose motor gives what the load takes."""
+
+    WHEEL = """
+space: planar
+units: {angle: ANGLE}
+parameters: {a: 5}
+bodies:
+  w: {mass: 1, com: [0, 0], inertia: 0.1, points: {O: [0, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.origin, w.O]}
+actuators: [A]
+loads:
+  uneven: {body: w, LOAD}
+trajectories:
+  run: {drive: joints, speed: {A: SPEED}, samples: 361, from: {joints: {A: 0}}}
+"""
+
+    def wheel(self, load, angle="rad", speed="3"):
+        return self.write("wheel.yaml", self.WHEEL.replace("LOAD", load).replace("ANGLE", angle).replace("SPEED", speed))
+
+    def torque(self, *arguments):
+        done = run("simulate", self.wheel(*arguments), "-o", self.path("wheel.h5"), "--force")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with h5py.File(self.path("wheel.h5")) as file:
+            return file["torque"][:, 0], file["joint_position"][:, 0]
+
+    def test_the_motor_gives_what_the_expression_takes(self):
+        torque, angle = self.torque('over: A, period: turn, moment: "a * sin(2 * A) - cos(A) + 3"')
+        self.assertLess(np.abs(torque + 5 * np.sin(2 * angle) - np.cos(angle) + 3).max(), 1e-8 * 9)
+        torque, angle = self.torque('over: A, period: turn, moment: "a * sin(2 * A * pi / 180)"', "deg", "90")
+        self.assertLess(np.abs(torque + 5 * np.sin(2 * angle)).max(), 1e-8 * 5)
+
+    def test_what_is_no_smooth_function_that_repeats(self):
+        for load, message in (('over: A, moment: "sin(A)"', "loads.uneven.over: expected 'period'"),
+                              ('over: A, period: turn, moment: "abs(sin(A))"', "loads.uneven.moment: expected a smooth expression"),
+                              ('over: A, period: turn, moment: A', "loads.uneven.moment: expected a smooth expression"),
+                              ('over: A, period: turn, moment: "sin(B)"', "loads.uneven.moment: expected a number or an expression, found 'sin(B)'"),
+                              ('over: A, period: turn, moment: "1 / sin(A)"', "loads.uneven.moment: expected a finite value everywhere, found none at A = 0"),
+                              ('over: A, period: turn, interpolation: linear, moment: "sin(A)"', "loads.uneven.interpolation: expected no"),
+                              ('over: A, period: turn, force: ["sin(A)"]', "loads.uneven.force")):
+            done = run("check", self.wheel(load))
+            self.assertEqual(done.returncode, 3, load)
+            self.assertIn(message, " ".join(done.stderr.split()))
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -72,6 +72,12 @@ class Orders(Case):
         done = run("compare", SPEC + ":steady", SPEC + ":steady", "--require", "order(1, shaking_force) <= 1e-9", "--require",
                    "abs(order(4, shaking_force) - 7.482646171) <= 1e-8", "--require", "abs(order(4, shaking_force[x]) - 7.482646171) <= 1e-8")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        # along one line both parts are half of it
+        done = run("compare", SPEC + ":steady", SPEC + ":steady", "--require", "abs(forward_order(4, shaking_force) - 7.482646171 / 2) <= 1e-8",
+                   "--require", "abs(backward_order(4, shaking_force) - 7.482646171 / 2) <= 1e-8")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = run("compare", SPEC + ":steady", SPEC + ":steady", "--require", "forward_order(4, shaking_moment) <= 1")
+        self.assertIn("only a vector in the plane has a forward order", " ".join((done.stdout + done.stderr).split()))
         # all orders have their peaks at a right angle
         told, found = self.orders(SPEC, 24)
         peak = sum(row["amplitude"] for (quantity, component, _), row in found.items() if (quantity, component) == ("shaking_force", ""))

@@ -34,7 +34,7 @@ class Plausible(Case):
         for spec in draw("plausible configs", configs(), 0.2, traits_of):
             with open(spec, encoding="utf-8") as file:
                 text = file.read()
-            if "include:" in text:
+            if "include:" in text or "catalogue:" in text:  # what they name is not beside the enlarged spec
                 continue
             done = self.check(spec)
             self.assertEqual([w for w in json.loads(done.stdout)["warnings"] if "largest dimension" in w or " turns" in w or "gravity" in w or "inertia" in w], [], spec)

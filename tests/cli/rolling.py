@@ -140,8 +140,8 @@ class Rolling(Case):
     def test_formulas_are_those_of_the_disc(self):
         done = run("equations", DISC, "--only", "inertia,gravity")
         self.assert_quiet_success(done)
-        self.assertIn("D11 = Jz1 + m (e^2 + n1^2) + 2 m e n1 cos(alpha2) sin(alpha3 - roll_angle)", done.stdout)
-        self.assertIn("n1 = -0.1", done.stdout)
+        self.assertIn("D11 = Jz1 + m (r^2 + e^2) - 2 m r e cos(alpha2) sin(alpha3 - roll_angle)", done.stdout)
+        self.assertIn("r = 0.1", done.stdout)
 
     def test_a_free_radius_is_designed(self):
         """The least torque on the way is that of the least radius: there the inertia and the weight's arm are least."""

@@ -85,6 +85,20 @@ class Shapes(Case):
         same = self.torque(self.solid_spec(f"mass: {mass!r}, inertia: {numbers!r}", "[0, 0, 1]"))
         self.assertAlmostEqual(upright["torque[J]"]["peak"] / same["torque[J]"]["peak"], 1, delta=1e-12)
 
+    def test_a_sector_that_moves_with_the_payload_keeps_its_shape(self):
+        """`to` is a place of its axis, as `at` is: the same run with the mass at the centre (4 sin(phi/2)/(3 phi) (R3 - r3)/(R2 - r2))."""
+        outer, inner, half = 0.1, 0.04, 1.05
+        mass = 5000 * 0.05 * half * (outer**2 - inner**2)
+        centre = 2 * math.sin(half) / (3 * half) * (outer**3 - inner**3) / (outer**2 - inner**2)
+        inertia = mass * (outer**2 + inner**2) / 2 - mass * centre**2
+        moves = ", adapt: {{cw: {{to: [{}, 0], start: 0.2, duration: 0.5}}}}}}}}"
+        cases = (("shape: {sector: {diameter: 0.2, inner_diameter: 0.08, thickness: 0.05, opening: 2.1, density: 5000, direction: [-1, 0]}}", 0),
+                 (f"mass: {mass!r}, inertia: {inertia!r}", centre))
+        sector, point = (self.torque(self.spec(cw, f"[{-0.2 - back!r}, 0]").replace("{J: 1}}}}", "{J: 1}}" + moves.format(-0.3 - back)))
+                         for cw, back in cases)
+        for quantity in ("torque[J]", "force[cw]", "shaking_moment"):
+            self.assertAlmostEqual(sector[quantity]["peak"] / point[quantity]["peak"], 1, delta=1e-12, msg=quantity)
+
     def test_a_free_diameter_balances_exactly(self):
         """rho pi/4 D^2 t a = m c, and the disc clears a post."""
         done = run("design", os.path.join(CONFIGS, "stock-counterweight.yaml"), "--json")
@@ -120,7 +134,7 @@ class Shapes(Case):
                             ("shape: {cylinder: {diameter: 0.1, thickness: 0.1, material: stel}}", "'steel'"),
                             ("shape: {ring: {diameter: 0.1, inner_diameter: 0.2, thickness: 0.1, material: steel}}", "at most the 'diameter'"),
                             ("mass: 1, shape: {cylinder: {diameter: 0.1, thickness: 0.1, material: steel}}", "no 'mass' with 'shape'")):
-            self.assert_failure(run("check", self.write("spec.yaml", self.spec(cw))), 2, "counterweights.cw", message)
+            self.assert_failure(run("check", self.write("spec.yaml", self.spec(cw))), 3, "counterweights.cw", message)
 
 
 def largest_place():

@@ -2,6 +2,7 @@
 
 Every formula is parsed by sympy, which simplifies the difference from the paper's to zero."""
 
+import json
 import os
 import unittest
 
@@ -18,6 +19,21 @@ SPATIAL = (
   d5: {body: link2, at: [0, 0, 0], follows: J3, ratio: beta, mass: 0.8, inertia: [Jx5, 0.0026, 0.0027]}
 """),
 )  # fmt: skip
+
+DEPENDENT = """
+space: planar
+gravity: [0, -9.81]
+parameters: {c: 0.2, x: "-c / 2", d: "2 * x + c / 10", m: 2, M: 3}
+ground: {points: {O: [0, 0]}}
+bodies:
+  link: {mass: m, com: [c, 0], inertia: 0.04, points: {O: [0, 0]}}
+counterweights:
+  w: {body: link, at: [x, 0], mass: M}
+  u: {body: link, at: [d, 0], mass: "3 * c"}
+joints:
+  J: {type: revolute, connects: [ground.O, link.O]}
+actuators: [J]
+"""
 
 
 def e(text):
@@ -289,11 +305,62 @@ class Forms(Case):
         self.assertAlmostEqual(values["x_cw2"], -(0.075 + 0.1 * 0.5), places=12)
         self.assertAlmostEqual(values["x"], -1000 * (2 * 0.25 + 1.5 * 0.5 + 0.5 * 0.5 + 4 * 0.5) / 12, places=9)
 
+    def test_parameters_that_depend_on_what_is_solved_for(self):
+        """x = -c/2, d = 2 x + c/10 and the mass of u, 3 c: m c + M x + 3 c d = 0, which is solved for c as it is with --expand."""
+        pendulum = self.write("pendulum.yaml", DEPENDENT)
+        found, _ = self.solve(pendulum, "static", "M")
+        self.assert_forms(found["solutions"], {"M": "-(m c + 3 c d)/x"})  # neither contains M
+        expanded, _ = self.solve(pendulum, "static", "M", options=("--expand",))
+        self.assert_forms(expanded["solutions"], {"M": "2 m - 27 c/5"})
+        for options in ((), ("--expand",)):
+            found, answer = self.solve(self.write("linear.yaml", DEPENDENT.replace('"3 * c"', "1")), "static", "c", options=options)
+            # (m - M/2 - 9/10) c = 0: nothing else than c = 0
+            self.assert_forms(found["solutions"], {"c": "0"})
+            self.assertEqual(len(answer["sections"][0]["nonzero"]), 1)
+
+    def test_parameters_of_a_loop_that_depend_on_what_is_solved_for(self):
+        """Berkof and Lowen's first condition, with the coupler's centre of mass at coupler - c."""
+        spec = self.write("four-bar.yaml", config("four-bar.yaml",
+            (r"turn: ", "c: 0.2, behind: \"coupler - c\", turn: "), (r'com: \["coupler / 2", 0\]', "com: [behind, 0]"),
+            (r'com: \["crank / 2", 0\]', "com: [-0.3, 0]"),
+        ))  # fmt: skip
+        found, _ = self.solve(spec, "force", "c")
+        self.assert_forms(found["solutions"], {"c": "-lg1 crank rho/(rho coupler crank) coupler"})
+
+    def test_what_is_no_polynomial_of_an_unknown_is_named(self):
+        spec = self.write("pendulum.yaml", DEPENDENT.replace('"-c / 2"', '"-sqrt(c) / 2"'))
+        done = run("equations", spec, "--solve", "c", "--goal", "static")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("the conditions cannot be solved for c: x, which they contain, is a function of it that is no polynomial",
+                      unwrapped(done.stderr))  # fmt: skip
+
+    def test_the_name_that_is_asked_for_is_answered(self):
+        """The gravity at which a spring balances a link: g m c = k h p."""
+        spec = self.write("balancer.yaml", config("spring-balancer-one-link.yaml", (r"stiffness: \{.*?\}", "stiffness: 130.8")))
+        found, answer = self.solve(spec, "static", "g", "bodies.link.points.P[1]")
+        self.assert_forms(found["solutions"], {"g": "k_s yS xP1/(m1 xg1)"})
+        self.assertIn("yP1 is bodies.link.points.P[1]", answer["notes"])
+        values = {one["name"]: one["value"] for one in answer["sections"][0]["formulas"]}
+        self.assertAlmostEqual(values["g"], 9.81, places=9)
+
+    def test_conditions_that_no_masses_meet_are_no_failure_of_the_check(self):
+        """Without counterweights, the rocker's condition asks for masses that vanish: the crank's solution stands, unchecked."""
+        answer = json.loads(run("equations", os.path.join(CONFIGS, "four-bar.yaml"), "--solve", "bodies.crank.com", "--goal", "force",
+                                "--json").stdout)  # fmt: skip
+        values = {one["name"]: one.get("value") for one in answer["sections"][0]["formulas"]}
+        # m1 c1 = -m2 crank (1 - c2/coupler), with c2 = coupler/2
+        self.assertAlmostEqual(values["xg1"], -0.35 / 2, places=12)
+        self.assertAlmostEqual(values["yg1"], 0, places=12)
+        # the conditions of the moment ask for rods without mass, which were divided by
+        text = unwrapped(run("equations", os.path.join(CONFIGS, "four-bar.yaml"), "--solve", "bodies.crank.com", "--goal", "dynamic").stdout)
+        self.assertIn("rho = 0 a contradiction: no values of these numbers meet the goal", text)
+
     # what is not solved
 
     def test_what_stays_free_and_what_remains(self):
         spec = os.path.join(CONFIGS, "planar-rrr-belts.yaml")
-        text = unwrapped(run("equations", spec, "--solve", "m1,m2,m3", "--goal", "static").stdout)
+        places = ("--set", "lg1=-0.5", "--set", "lg2=-0.2")  # instead of the expressions that meet the conditions for any masses
+        text = unwrapped(run("equations", spec, "--solve", "m1,m2,m3", "--goal", "static", *places).stdout)
         self.assertIn("m3 stays free", text)
         self.assertIn("where lg1, lg2 are not 0", text)
         text = unwrapped(run("equations", spec, "--solve", "lg1", "--goal", "static").stdout)

@@ -184,7 +184,7 @@ cases:
     def test_keys_of_another_kind_of_case_are_refused(self):
         for keys, part in (("rates: {A: 1}", "'rates' is for run: equations, not for 'run: motion'"),
                            ("run: design, at: {A: 1}", "'at' is for run: equations"),
-                           ("run: conditions, goal: force, trajectory: no", "'trajectory' is for run: motion or run: equations")):
+                           ("run: conditions, goal: force, trajectory: no", "'trajectory' is for run: motion, run: equations or run: modes")):
             done = self.batch(f"cases: {{a: {{spec: crank.yaml, {keys}}}}}", "-q")
             self.assert_failure(done, 3, "cases.a: " + part)
         self.assert_holds("defaults: {spec: crank.yaml, at: {A: 1}, trajectory: turn}\n"

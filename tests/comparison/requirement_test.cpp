@@ -175,7 +175,8 @@ TEST_CASE("mistakes are found with their place and the nearest name") {
              "column 24: no run is called 'bas': original, bang, rail-2 or base; nearest is 'base'"));
   CHECK(says("peak(shaking_force, bong) <= 1", "column 21: no run is called 'bong'"));
   CHECK(says("peek(shaking_force) <= 1",
-             "column 1: 'peek' is not a function: peak, rms, mean, range, minimum, maximum, order, energy, value"));
+             "column 1: 'peek' is not a function: peak, rms, mean, range, minimum, maximum, order, forward_order, "
+             "backward_order, fluctuation, energy, value"));
   CHECK(says("peek(shaking_force) <= 1", "or arithmetic; nearest is 'peak'"));
   CHECK(
       says("peak(shaking_force)", "column 1: expected a comparison (<, <=, >, >= or ==), found 'peak(shaking_force)'"));

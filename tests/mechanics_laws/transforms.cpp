@@ -84,6 +84,8 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
   }
   for (auto& spring : m.springs) {
     spring.point_first *= L, spring.point_second *= L, spring.free_length *= L;
+    for (auto* length : {&spring.slack_length, &spring.shortest_length, &spring.longest_length})
+      if (*length) **length *= L;
     const bool turns = spring.is_joint_spring() && m.coordinates[spring.coordinate].kind == CoordinateKind::angle;
     spring.stiffness *= turns ? by.moment() : by.force() / L;
     spring.preload *= turns ? by.moment() : by.force();

@@ -18,3 +18,9 @@ class Case(ProgramCase):
         done = run(*arguments)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         return done.stdout
+
+    def latex(self, *arguments):
+        """What the program prints for a document, without the lines that let its pages break, which notebooks do not know."""
+        text = self.program(*arguments, "--latex")
+        self.assertTrue(text.startswith("\\begingroup\\allowdisplaybreaks\n") and text.endswith("\\endgroup\n"), text)
+        return text.split("\n", 1)[1].removesuffix("\\endgroup\n")

@@ -18,7 +18,7 @@ class Equations(Case):
                 ("planar-rrr-belts.yaml", {"solve": ["lg1", "lg2", "lg3"], "goal": "static"}, ("--solve", "lg1,lg2,lg3", "--goal", "static"))):
             found = bm.load(config(file)).equations(**options)
             self.assertEqual(found.to_dict(), json.loads(self.program("equations", config(file), "--json", *words)), file)
-            self.assertEqual(found.latex(), self.program("equations", config(file), "--latex", *words))
+            self.assertEqual(found.latex(), self.latex("equations", config(file), *words))
         self.assertEqual(found.solution["lg2"], "-m3 l2/m2")
 
     def test_programs_are_the_program_s(self):
@@ -42,7 +42,7 @@ class Conditions(Case):
         told = json.loads(self.program("conditions", config("5r.yaml"), "--goal", "static", "--json"))
         self.assertEqual(found.to_dict(), told)
         self.assertEqual(len(found), told["rank"])
-        self.assertEqual(found.latex(), self.program("conditions", config("5r.yaml"), "--goal", "static", "--latex"))
+        self.assertEqual(found.latex(), self.latex("conditions", config("5r.yaml"), "--goal", "static"))
         self.assertEqual([one.text for one in found.conditions], [one["text"] for one in told["conditions"]])
 
     def test_the_matrix_times_the_parameters_is_what_is_left(self):

@@ -137,7 +137,7 @@ class Shown(Case):
 
     def test_of_conditions_the_program_s_latex(self):
         conditions = bm.load(config("5r.yaml")).conditions("static")
-        self.assertEqual(conditions._repr_latex_(), self.program("conditions", config("5r.yaml"), "--goal", "static", "--latex"))
+        self.assertEqual(conditions._repr_latex_(), self.latex("conditions", config("5r.yaml"), "--goal", "static"))
         for k, one in enumerate(conditions.conditions):
             self.assertEqual(find_row(conditions, str(k + 1))[1:3], [one.text, "yes" if one.met else "no"])
             self.assertIn(one.latex, one._repr_latex_())

@@ -66,7 +66,8 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
       {"law: cubic", "law: cubik",
        "s.yaml:22:15: trajectories.line.law: expected a law of motion (cycloidal, cycloid, bang-bang,"},
       {"drive: tool}\n  swing", "drive: tol}\n  swing",
-       "s.yaml:22:29: trajectories.line.drive: expected a drive (joints, tool or com), found 'tol'; nearest is 'tool'"},
+       "s.yaml:22:29: trajectories.line.drive: expected a drive (joints, tool, com or none), found 'tol'; nearest is "
+       "'tool'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic}",
        "s.yaml:22:9: trajectories.line: missing key: expected 'drive', found only law"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, ramp: 0.2, drive: tool}",

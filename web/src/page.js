@@ -54,7 +54,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
   const choose = (name) => {
     const trajectory = runnable.find((t) => t.name === name);
     const variants = variantsOf(trajectory);
-    const path = `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
+    const path = trajectory.drive === "none" ? "nothing driven" : `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
     about.textContent = trajectory.mode ? trajectory.mode : data.controller ? `${path}, followed by controller ${data.controller.name} (${data.controller.type})` : path;
     const {run} = variants[0];
     thinned.textContent = run.samples > run.time.length

@@ -118,11 +118,27 @@ export function designSection(data) {
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), design.reason ? ` — ${design.reason}.`.replace("..", ".") : "."),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
+    partsTable(design.parts),
     boundOverLengths(design),
-    h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
+    rows.length === 0 ? null : h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
       h("thead", {}, h("tr", {}, ["Number", "Unit", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
         h("th", {scope: "col", class: [2, 3, 4, 6].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),
     unstated(design.free_numbers));
+}
+
+/** The bill of materials; null without catalogues. */
+function partsTable(parts) {
+  if (!parts) return null;
+  const price = (value, currency) => value === null ? "–" : `${format(value)} ${currency}`.trim();
+  const mass = (value) => value === null ? "–" : withUnit(value, "kg");
+  const rows = parts.list.map((part) => h("tr", {}, h("th", {scope: "row"}, part.element), h("td", {}, part.catalogue), h("td", {class: "strong"}, part.part),
+    h("td", {class: "number"}, String(part.count)), h("td", {class: "number"}, mass(part.mass)), h("td", {class: "number"}, price(part.price, part.currency))));
+  const total = h("tr", {}, h("th", {scope: "row"}, "All parts"), h("td"), h("td"), h("td"), h("td", {class: "number"}, mass(parts.mass)),
+    h("td", {class: "number"}, price(parts.price, parts.currency)));
+  return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Parts"),
+    h("thead", {}, h("tr", {}, ["Element", "Catalogue", "Part", "Number", "Mass of one", "Price of one"].map((t, i) =>
+      h("th", {scope: "col", class: i > 2 ? "number" : ""}, t)))), h("tbody", {}, rows, total)),
+    parts.searched ? h("p", {class: "note"}, `${parts.combinations} combinations of rows${parts.proved ? ", of which this one is proved to be the best" : ""}.`) : null);
 }
 
 /** How near to the best a design is proved to be. */

@@ -156,6 +156,11 @@ std::string with_all_replaced(std::string text, const std::string& what, const s
 
 }  // namespace
 
+std::string with_page_breaks(const std::string& displays) {
+  if (displays.find("\\begin{align") == std::string::npos) return displays;
+  return "\\begingroup\\allowdisplaybreaks\n" + displays + "\\endgroup\n";
+}
+
 double latex_width(const std::string& latex) { return LatexMeasure(latex).width(); }
 
 std::vector<std::string> break_latex(const std::string& formula, double limit) {

@@ -18,4 +18,7 @@ double latex_width(const std::string& latex);
 /// @param limit in letters
 std::vector<std::string> break_latex(const std::string& formula, double limit = latex_line_width);
 
+/// Displays whose lines may continue on the next page, for a document (amsmath); notebooks know no pages.
+std::string with_page_breaks(const std::string& displays);
+
 }  // namespace balance

@@ -101,6 +101,7 @@ void append_settings(const SuiteCase& suite_case, std::string& key_text) {
     append(suite_case.state.at);
     append(suite_case.state.rates);
     append(suite_case.state.accelerations);
+    if (!suite_case.sweep.empty()) append(suite_case.sweep);
   }
   for (const CasePoint& point : suite_case.points) {
     append("point");

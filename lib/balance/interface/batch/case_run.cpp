@@ -11,17 +11,22 @@
 #include "balance/interface/files/sha256.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/designed_spec.hpp"
+#include "balance/interface/reports/modes_request.hpp"
 #include "balance/interface/reports/report_data.hpp"
 #include "balance/interface/specification/diagnostics.hpp"
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 #include "balance/mechanics/dynamics/single_state.hpp"
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/control/controller_error.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/prediction.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
+#include "balance/synthesis/design/catalogue_search.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
@@ -57,6 +62,7 @@ struct CaseSubject {
   std::optional<Mechanism> moving_mechanism;  ///< of the run, if it is not the study's
   std::optional<formulas::EquationsAtConfiguration> equations;
   std::optional<comparison::ConditionsFigures> conditions;
+  std::optional<reports::VibrationReportData> vibration;
   std::vector<results::FigurePoint> points;
   std::vector<comparison::FigureNumber> numbers;
 
@@ -74,6 +80,8 @@ struct CaseSubject {
             .objective_unit = objective_unit,
             .equations = equations ? &*equations : nullptr,
             .conditions = conditions,
+            .modes = vibration ? &vibration->modes : nullptr,
+            .sweep = vibration && vibration->sweep ? &*vibration->sweep : nullptr,
             .numbers = numbers};
   }
 };
@@ -130,6 +138,7 @@ class CaseRun {
     if (suite_case_.kind == CaseKind::design) return;
     subject.points = resolve_points(study.mechanism);
     if (suite_case_.kind == CaseKind::equations) return evaluate_state(subject);
+    if (suite_case_.kind == CaseKind::modes) return find_modes(subject);
     // a design needs no motion: without one, its figures are the whole result
     const bool has_motion =
         !study.trajectories.empty() || !suite_case_.trajectory.empty() || !suite_case_.controller.empty();
@@ -351,6 +360,24 @@ class CaseRun {
       throw CaseFailed(fmt::format("{}: {}", name_of(outcome.status), outcome.reason));
   }
 
+  /// What `balance modes` finds.
+  void find_modes(CaseSubject& subject) {
+    const Study& study = *subject.study;
+    const files::DisplayUnit speed_unit =
+        files::find_display_unit("rad/s", specification::read_display_units(study.spec_text));
+    try {
+      subject.vibration = read_option("sweep", [&] {
+        return reports::analyse_modes(
+            study, {.trajectory = suite_case_.trajectory, .sweep = suite_case_.sweep, .exact = 0}, speed_unit);
+      });
+    } catch (const study::UnknownNameError& error) {
+      fail_choice("trajectory", study, error);
+    }
+    const vibration::LinearMotion& motion = subject.vibration->modes.motion;
+    require_done(motion.outcome);
+    if (is_final_ && !motion.note.empty()) record_.notes.push_back(motion.note);
+  }
+
   /// What `balance conditions` derives.
   void derive_conditions(CaseSubject& subject) {
     const DesignSpace space =
@@ -436,10 +463,12 @@ class CaseRun {
                              : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study));
       require_done(result.outcome);
       return result;
+    } catch (const control::ControllerError& error) {
+      const std::string key = "controllers." + suite_case_.controller + (error.key().empty() ? "" : "." + error.key());
+      throw SpecError({.place = specification::locate_key(study, key), .message = error.what()});
     } catch (const std::invalid_argument& error) {
       // The spec requests something that the library rejects.
-      throw SpecError(
-          {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+      throw SpecError({.place = specification::locate_trajectory(study, trajectory), .message = error.what()});
     }
   }
 
@@ -462,7 +491,7 @@ class CaseRun {
     options.search = start.design.search;
     if (asked.seed) options.search.seed = *asked.seed;
     options.compare_trajectories = false;
-    if (start.free_numbers.empty())
+    if (start.free_numbers.empty() && !design::has_free_rows(start))
       throw SpecError({location, fmt::format("there is nothing to design: no number of {} is free", start.spec_file)});
     if (start.design.front && asked.minimize.empty())
       throw SpecError(

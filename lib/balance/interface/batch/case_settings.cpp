@@ -16,7 +16,7 @@ using specification::SpecCursor;
 
 namespace {
 
-const std::vector<std::string> kind_names{"motion", "design", "conditions", "equations"};
+const std::vector<std::string> kind_names{"motion", "design", "conditions", "equations", "modes"};
 
 /// A number or arithmetic of numbers.
 double read_constant(const SpecCursor& at, const std::string& expectation) {
@@ -142,7 +142,8 @@ void check_case_keys(const SpecCursor& at, CaseKind kind) {
                                                                       {"rates", {equations}},
                                                                       {"accelerations", {equations}},
                                                                       {"goal", {conditions}},
-                                                                      {"trajectory", {motion, equations}},
+                                                                      {"sweep", {modes}},
+                                                                      {"trajectory", {motion, equations, modes}},
                                                                       {"samples", {motion, equations}}};
   for (const auto& [key, kinds] : kinds_of_keys) {
     if (!at.has_entry(key) || std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) continue;

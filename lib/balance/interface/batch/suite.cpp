@@ -162,7 +162,9 @@ void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilde
       }))
     suite.baseline = names.all.front();  // otherwise requirements would report a missing base
   names.base = suite.baseline;
-  const auto is_single_state = [](const SuiteCase& one) { return one.kind == CaseKind::equations; };
+  const auto is_single_state = [](const SuiteCase& one) {
+    return one.kind == CaseKind::equations || one.kind == CaseKind::modes;
+  };
   if (deferred.require)
     builder.problems.collect([&] {
       names.accepts_bare_quantities = std::all_of(builder.cases.begin(), builder.cases.end(), is_single_state);
@@ -414,6 +416,8 @@ std::vector<specification::Field> make_case_fields(SuiteBuilder& builder, SuiteC
       make_field("rates", [&suite_case](const SpecCursor& c) { suite_case.state.rates = read_state_rates(c); }),
       make_field("accelerations",
                  [&suite_case](const SpecCursor& c) { suite_case.state.accelerations = read_state_rates(c); }),
+      make_field("sweep",
+                 [&suite_case](const SpecCursor& c) { suite_case.sweep = c.read_word("a sweep such as v=1:10:91"); }),
       make_field("points",
                  [&builder, &suite_case](const SpecCursor& c) {
                    read_case_points(c, suite_case, [&](const std::string& key, const SpecCursor& at) {

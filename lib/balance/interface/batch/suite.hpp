@@ -29,6 +29,7 @@ enum class CaseKind {
   design,      ///< a design alone
   conditions,  ///< as `balance conditions`
   equations,   ///< as `balance equations --at`: a single state
+  modes,       ///< as `balance modes`
 };
 
 /// A point fixed to a body, whose motion has figures.
@@ -62,6 +63,7 @@ struct SuiteCase {
   CaseKind kind = CaseKind::motion;
   std::vector<Goal> goals;  ///< of conditions; empty: as in the spec
   CaseState state;          ///< of equations
+  std::string sweep;        ///< of modes, as for --sweep; empty: none
   std::vector<CasePoint> points;
   std::vector<SolvedParameter> solved;         ///< the last one is solved for at every value of those before it
   std::vector<SuiteRequirement> requirements;  ///< of this case only

@@ -107,6 +107,7 @@ EvaluatedFigure read_time(FigureEvaluator& evaluator, const FigureReference& ref
   return time ? make_value(*time, "s") : figure;
 }
 
+template <results::OrderPart part>
 EvaluatedFigure read_order(FigureEvaluator& evaluator, const FigureReference& reference) {
   EvaluatedFigure figure;
   const FigureEvaluator::NamedCurve* found = evaluator.find_curve(reference.quantity, figure);
@@ -115,10 +116,25 @@ EvaluatedFigure read_order(FigureEvaluator& evaluator, const FigureReference& re
   const std::optional<results::MetricSeries> series =
       run == nullptr ? std::nullopt : results::find_series(*run, reference.quantity);
   if (!series)
-    return make_mistake(fmt::format("order(…) is of what runs record, not of {}", reference.quantity),
-                        reference.quantity);
+    return make_mistake(
+        fmt::format("{}(…) is of what runs record, not of {}", reference.function->name, reference.quantity),
+        reference.quantity);
+  if (part != results::OrderPart::whole && series->count != 2)
+    return make_mistake(fmt::format("only a vector in the plane has a {}", name_of(part)), reference.quantity);
   try {
-    return make_value(results::compute_order_peak(*run, *series, reference.order), found->unit);
+    return make_value(results::compute_order_peak(*run, *series, reference.order, part), found->unit);
+  } catch (const std::invalid_argument& error) {
+    return make_reason(error.what());
+  }
+}
+
+EvaluatedFigure read_fluctuation(FigureEvaluator& evaluator, const FigureReference&) {
+  const RunResult* run = evaluator.subject().run;
+  if (run == nullptr || run->time.size() < 2) return make_mistake("fluctuation() needs a run with a motion");
+  try {
+    constexpr double attainable = 2;  // of every machine: those whose speed does not fluctuate on its own are refused
+    const auto found = results::analyse_speed_fluctuation(*run, results::find_uniform_turning(*run), attainable);
+    return value_or(found->coefficient, "1", "the machine comes to rest");
   } catch (const std::invalid_argument& error) {
     return make_reason(error.what());
   }
@@ -222,14 +238,17 @@ constexpr auto quantity_argument = FigureArguments::quantity;
 constexpr auto no_argument = FigureArguments::none;
 
 // clang-format off
-const std::array<FigureFunction, 22> figure_table{{
+const std::array<FigureFunction, 25> figure_table{{
     {"peak", quantity_argument, "", Statistic::peak, read_statistic},
     {"rms", quantity_argument, "", Statistic::rms, read_statistic},
     {"mean", quantity_argument, "", Statistic::mean, read_statistic},
     {"range", quantity_argument, "", Statistic::range, read_statistic},
     {"minimum", quantity_argument, "", {}, read_extreme<false>},
     {"maximum", quantity_argument, "", {}, read_extreme<true>},
-    {"order", FigureArguments::order_and_quantity, "", {}, read_order},
+    {"order", FigureArguments::order_and_quantity, "", {}, read_order<results::OrderPart::whole>},
+    {"forward_order", FigureArguments::order_and_quantity, "", {}, read_order<results::OrderPart::forward>},
+    {"backward_order", FigureArguments::order_and_quantity, "", {}, read_order<results::OrderPart::backward>},
+    {"fluctuation", no_argument, "1", {}, read_fluctuation},
     {"energy", no_argument, "J", {}, read_energy},
     {"value", FigureArguments::quantity_and_moment, "", {}, read_value},
     {"time", FigureArguments::moment, "s", {}, read_time},
@@ -255,6 +274,35 @@ std::span<const FigureFunction> figure_functions() { return figure_table; }
 FigureEvaluator::FigureEvaluator(FigureSubject subject)
     : subject_(std::move(subject)), quantities_(subject_.run, subject_.mechanism, subject_.points) {
   if (subject_.equations != nullptr) list_equation_quantities();
+  if (subject_.modes != nullptr) list_mode_quantities();
+  if (subject_.sweep != nullptr) list_sweep_quantities();
+}
+
+/// Of the modes in the order in which `balance modes` numbers them, and the place of the free coordinates.
+void FigureEvaluator::list_mode_quantities() {
+  const std::vector<vibration::VibrationMode>& modes = subject_.modes->modes;
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const std::string number = fmt::format("[{}]", k + 1);
+    quantities_.add_constant("growth" + number, "1/s", modes[k].eigenvalue.real());
+    quantities_.add_constant("frequency" + number, "Hz", modes[k].frequency());
+    quantities_.add_constant("damping_ratio" + number, "1", modes[k].damping_ratio());
+  }
+  const vibration::LinearMotion& motion = subject_.modes->motion;
+  for (Eigen::Index k = 0; k < motion.free_count; ++k) {
+    const Coordinate& coordinate =
+        subject_.mechanism->coordinates[static_cast<std::size_t>(motion.coordinates[static_cast<std::size_t>(k)])];
+    quantities_.add_constant("joint_position[" + coordinate.name + "]",
+                             coordinate.kind == CoordinateKind::length ? "m" : "rad", motion.position[k]);
+  }
+}
+
+/// Values of what was swept, in its own unit.
+void FigureEvaluator::list_sweep_quantities() {
+  for (std::size_t k = 0; k < subject_.sweep->stability_changes.size(); ++k)
+    quantities_.add_constant(fmt::format("stability_change[{}]", k + 1), "",
+                             subject_.sweep->stability_changes[k].value);
+  for (std::size_t k = 0; k < subject_.sweep->critical_speeds.size(); ++k)
+    quantities_.add_constant(fmt::format("critical_speed[{}]", k + 1), "", subject_.sweep->critical_speeds[k].value);
 }
 
 /// Terms of the equation of motion in the independent coordinates.

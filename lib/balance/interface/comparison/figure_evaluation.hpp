@@ -7,6 +7,7 @@
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/results/run_quantities.hpp"
+#include "balance/motion/vibration/speed_sweep.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
 
@@ -41,6 +42,8 @@ struct FigureSubject {
   std::string objective_unit;  ///< of the design; empty: none, or a sum
   const formulas::EquationsAtConfiguration* equations = nullptr;
   std::optional<ConditionsFigures> conditions;
+  const vibration::VibrationModes* modes = nullptr;
+  const vibration::SpeedSweep* sweep = nullptr;
   std::vector<FigureNumber> numbers;
 };
 
@@ -68,6 +71,8 @@ class FigureEvaluator {
 
  private:
   void list_equation_quantities();
+  void list_mode_quantities();
+  void list_sweep_quantities();
 
   FigureSubject subject_;
   results::RunQuantities quantities_;

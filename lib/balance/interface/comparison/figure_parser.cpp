@@ -344,8 +344,8 @@ FigureReference FigureScanner::read_call(const FigureFunction& function, std::si
       figure.order = read_constant(order.text, order.begin, "an order, such as 2 or 1/2,");
       skip_space();
       if (!(figure.order > 0) || !starts_with(","))
-        fail(order.begin, fmt::format("expected an order and a quantity, such as order(2, shaking_force), found {}",
-                                      quote_for_message(order.text)));
+        fail(order.begin, fmt::format("expected an order and a quantity, such as {}(2, shaking_force), found {}",
+                                      function.name, quote_for_message(order.text)));
       ++position_;
       skip_space();
       figure.column = position_ + 1;

@@ -1,7 +1,7 @@
 #include "balance/interface/files/provenance.hpp"
 
 #include "balance/foundation/base/version.hpp"
-#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -70,7 +70,7 @@ Provenance make_simulation_provenance(const Study& study, const Trajectory& traj
   Provenance description = make_provenance(study, format_simulate_command(study, command));
   description.trajectory = trajectory.name;
   description.law = law_name(trajectory);
-  description.drive = name_of(trajectory.drive);
+  description.drive = drive_name(trajectory);
   description.formulation = command.formulation;
   description.controller = command.controller;
   if (const Controller* controller = find_by_name(study.controllers, command.controller))

@@ -406,7 +406,9 @@ class MjcfRelationReader {
     const std::vector<double> lengths = reader_.numbers(at, "springlength", {1, 2});
     if (lengths.size() == 2 && lengths[0] != lengths[1])
       return leave_tendon_out(at, "is left out: its spring has a dead band");
-    spring.free_length = lengths.empty() || lengths[0] < 0 ? (world(*second) - world(*first)).norm() : lengths[0];
+    constexpr double of_zero_pose = -1;  // other negative lengths are those of springs with initial tension
+    spring.free_length =
+        lengths.empty() || lengths[0] == of_zero_pose ? (world(*second) - world(*first)).norm() : lengths[0];
     robot_.springs.push_back(std::move(spring));
   }
 

@@ -352,7 +352,13 @@ class RobotTreeBuilder {
       if (spring.is_joint_spring()) continue;
       tree_.springs.push_back(place_spring(spring));
       tree_.springs.back().stiffness = spring.stiffness;
-      tree_.springs.back().free_length = spring.free_length;
+      tree_.springs.back().free_length = spring.free_length;  // less what initial tension would stretch
+      if (spring.slack_length)
+        tree_.missing.push_back(
+            fmt::format("slack of spring {}: it pushes in the file when it is shorter than {:.6g} m",
+                        quote_for_message(spring.name), *spring.slack_length));
+      if (spring.shortest_length || spring.longest_length)
+        tree_.missing.push_back(fmt::format("travel of spring {}", quote_for_message(spring.name)));
     }
     for (const ForceElement& element : mechanism_.force_elements) {
       if (!element.is_damper()) {

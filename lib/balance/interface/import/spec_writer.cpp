@@ -215,10 +215,15 @@ class OptionalSectionWriter {
       const ForeignSpring& spring = page_.robot.springs[s];
       const std::string damping =
           spring.damping == 0 ? "" : fmt::format(", damping: {}", format_yaml_number(spring.damping));
-      page_.line(
-          2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}{}}}", allocator.allocate(spring.name),
-                         page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
-                         format_yaml_number(spring.stiffness), format_yaml_number(spring.free_length), damping));
+      // a negative free length is that of a spring of none with initial tension
+      const std::string tension =
+          spring.free_length < 0
+              ? fmt::format(", initial_tension: {}", format_yaml_number(-spring.stiffness * spring.free_length))
+              : "";
+      page_.line(2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}{}{}}}",
+                                allocator.allocate(spring.name), page_.names.spring_ends[s].first,
+                                page_.names.spring_ends[s].second, format_yaml_number(spring.stiffness),
+                                format_yaml_number(std::max(spring.free_length, 0.0)), tension, damping));
     }
     for (std::size_t j = 0; j < joints.size(); ++j)
       if (has_spring(joints[j]))

@@ -10,7 +10,7 @@
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/mechanics/results/round_off.hpp"
-#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
@@ -262,7 +262,7 @@ files::Provenance description_of(const Study& study, const std::string& name) {
   const Trajectory* trajectory = study::find_by_name(study.trajectories, name);
   if (trajectory == nullptr) return description;
   description.law = law_name(*trajectory);
-  description.drive = name_of(trajectory->drive);
+  description.drive = drive_name(*trajectory);
   return description;
 }
 

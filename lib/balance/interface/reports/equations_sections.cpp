@@ -1,6 +1,7 @@
 #include "balance/interface/reports/equations_sections.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/latex_lines.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/result_group.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace balance::reports {
@@ -319,7 +321,7 @@ std::string equations_json(const EquationsReportData& view, const std::vector<st
 
 namespace {
 
-constexpr Eigen::Index max_matrix_columns = 10;  ///< default limit of amsmath's matrices
+constexpr Eigen::Index max_matrix_rows = 36;  ///< a page has room for about so many
 
 std::string number_latex(double value, double max_entry) {
   if (std::abs(value) <= zero_entry_tolerance * max_entry) return "0";
@@ -329,31 +331,100 @@ std::string number_latex(double value, double max_entry) {
   return text;
 }
 
-std::string matrix_latex(const MatrixX& matrix) {
-  const double max_entry = numerics::max_abs(matrix);
-  std::string text = "\\begin{pmatrix}";
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    text += r == 0 ? " " : " \\\\ ";
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
-      text += (c == 0 ? "" : " & ") + number_latex(matrix(r, c), max_entry);
-  }
-  return text + " \\end{pmatrix}";
-}
+/// The rows and columns [row, row + rows) and [column, column + columns) of a matrix.
+struct MatrixBlock {
+  Eigen::Index row = 0, rows = 0, column = 0, columns = 0;
+};
 
 class AlignedLines {
  public:
-  void add(const std::string& name, const std::string& value) {
-    text_ += (text_.empty() ? "  " : " \\\\\n  ") + name + " &= " + value;
+  /// A formula, broken where it is wider than a line.
+  void add(const std::string& name, const std::string& formula) {
+    const std::vector<std::string> lines =
+        break_latex(formula, latex_line_width - latex_width(name) - relation_width - indent_width);
+    std::string value = lines.at(0);
+    for (std::size_t k = 1; k < lines.size(); ++k) value += " \\\\\n  &\\quad {}" + lines[k];
+    add_line(name, value);
   }
-  std::string to_latex(Eigen::Index max_columns) const {
-    const std::string preamble = max_columns > max_matrix_columns
-                                     ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", max_columns)
+
+  /// A matrix; one that is wider than a line or longer than a page in blocks, named as M(1:36, 1:5).
+  void add(const std::string& name, const MatrixX& matrix) {
+    const std::vector<std::vector<std::string>> entries = print_entries(matrix);
+    const std::vector<MatrixBlock> blocks = list_blocks(entries, matrix.cols(), latex_width(name));
+    for (const MatrixBlock& block : blocks) {
+      const std::string part = fmt::format("({}{{:}}{},\\, {}{{:}}{})", block.row + 1, block.row + block.rows,
+                                           block.column + 1, block.column + block.columns);
+      add_line(blocks.size() > 1 ? name + part : name, block_latex(entries, block));
+      max_columns_ = std::max(max_columns_, block.columns);
+    }
+  }
+
+  std::string to_latex() const {
+    constexpr Eigen::Index default_max_columns = 10;  // of amsmath's matrices
+    const std::string preamble = max_columns_ > default_max_columns
+                                     ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", max_columns_)
                                      : std::string();
     return preamble + "\\begin{align*}\n" + text_ + "\n\\end{align*}\n";
   }
 
  private:
+  static constexpr double relation_width = 2, indent_width = 2;  ///< in letters
+  static constexpr double digit_width = 0.7, column_gap = 1.4, block_name_width = 6;
+
+  void add_line(const std::string& name, const std::string& value) {
+    text_ += (text_.empty() ? "  " : " \\\\\n  ") + name + " &= " + value;
+  }
+
+  static std::vector<std::vector<std::string>> print_entries(const MatrixX& matrix) {
+    const double max_entry = numerics::max_abs(matrix);
+    std::vector<std::vector<std::string>> entries(static_cast<std::size_t>(matrix.rows()));
+    for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+      for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+        entries[static_cast<std::size_t>(r)].push_back(number_latex(matrix(r, c), max_entry));
+    return entries;
+  }
+
+  /// One block if the matrix fits.
+  static std::vector<MatrixBlock> list_blocks(const std::vector<std::vector<std::string>>& entries,
+                                              Eigen::Index columns, double name_width) {
+    std::vector<double> widths(static_cast<std::size_t>(columns), column_gap);
+    for (const std::vector<std::string>& row : entries)
+      for (std::size_t c = 0; c < row.size(); ++c)
+        widths[c] = std::max(widths[c], digit_width * latex_width(row[c]) + column_gap);
+    const auto rows = static_cast<Eigen::Index>(entries.size());
+    double limit = latex_line_width - name_width - relation_width - indent_width;
+    const double whole = std::accumulate(widths.begin(), widths.end(), 0.0);
+    if (whole > limit) limit -= block_name_width;
+    std::vector<MatrixBlock> blocks;
+    for (Eigen::Index row = 0; row < std::max<Eigen::Index>(rows, 1); row += max_matrix_rows) {
+      MatrixBlock block{row, std::min(max_matrix_rows, rows - row), 0, 0};
+      double width = 0;
+      for (Eigen::Index c = 0; c < columns; ++c) {
+        const double added = widths[static_cast<std::size_t>(c)];
+        if (block.columns > 0 && width + added > limit) {
+          blocks.push_back(block);
+          block.column = c, block.columns = 0, width = 0;
+        }
+        ++block.columns, width += added;
+      }
+      blocks.push_back(block);
+    }
+    return blocks;
+  }
+
+  static std::string block_latex(const std::vector<std::vector<std::string>>& entries, const MatrixBlock& block) {
+    std::string text = "\\begin{pmatrix}";
+    for (Eigen::Index r = 0; r < block.rows; ++r) {
+      text += r == 0 ? " " : " \\\\ ";
+      for (Eigen::Index c = 0; c < block.columns; ++c)
+        text += (c == 0 ? "" : " & ") +
+                entries[static_cast<std::size_t>(block.row + r)][static_cast<std::size_t>(block.column + c)];
+    }
+    return text + " \\end{pmatrix}";
+  }
+
   std::string text_;
+  Eigen::Index max_columns_ = 0;
 };
 
 }  // namespace
@@ -362,33 +433,29 @@ std::string equations_latex(const EquationsReportData& view) {
   using enum formulas::EquationSection;
   const EquationsAtConfiguration& at = view.at;
   AlignedLines lines;
-  Eigen::Index max_columns = at.terms->mass.cols();
   std::string names;
   for (const std::string& name : at.independent)
     names += (names.empty() ? "" : ",\\, ") + conditions::symbol_latex(name);
   lines.add("q", "\\left(" + names + "\\right)^{\\mathsf T}");
-  if (view.shows(inertia)) lines.add("M'", matrix_latex(at.terms->mass));
+  if (view.shows(inertia)) lines.add("M'", at.terms->mass);
   if (view.shows(velocity))
     for (std::size_t k = 0; k < at.independent.size(); ++k)
-      lines.add(fmt::format("D'_{{{}}}", k + 1), matrix_latex(at.terms->velocity[k]));
-  if (view.shows(velocity)) lines.add("B'", matrix_latex(at.terms->viscous));
-  if (view.shows(gravity)) lines.add("z'", matrix_latex(at.terms->static_terms.sum()));
-  if (at.diagonal_factors && view.shows(inertia)) lines.add("k", matrix_latex(*at.diagonal_factors));
-  if (at.split && view.shows(torques)) lines.add("u", matrix_latex(at.split->effort));
+      lines.add(fmt::format("D'_{{{}}}", k + 1), at.terms->velocity[k]);
+  if (view.shows(velocity)) lines.add("B'", at.terms->viscous);
+  if (view.shows(gravity)) lines.add("z'", at.terms->static_terms.sum());
+  if (at.diagonal_factors && view.shows(inertia)) lines.add("k", *at.diagonal_factors);
+  if (at.split && view.shows(torques)) lines.add("u", at.split->effort);
   if (at.loops && view.shows(redundant)) {
-    lines.add("M", matrix_latex(at.loops->mass));
-    lines.add("C", matrix_latex(stack_rows(at.loops->transformation, at.loops->discs)));
-    if (at.loops->constraints.rows() > 0) lines.add("A", matrix_latex(at.loops->constraints));
-    lines.add("z", matrix_latex(at.loops->rest.sum()));
-    max_columns = std::max(max_columns, at.loops->mass.cols());
+    lines.add("M", at.loops->mass);
+    lines.add("C", stack_rows(at.loops->transformation, at.loops->discs));
+    if (at.loops->constraints.rows() > 0) lines.add("A", at.loops->constraints);
+    lines.add("z", at.loops->rest.sum());
   }
   if (at.natural) {
-    lines.add("M_{\\text{points}}", matrix_latex(at.natural->mass));
-    max_columns = std::max(max_columns, at.natural->mass.cols());
+    lines.add("M_{\\text{points}}", at.natural->mass);
     for (const verification::natural::PointMatrix& one : at.natural->coefficients) {
       const double re = one.coefficient.real(), im = one.coefficient.imag();
-      lines.add("C_{" + conditions::symbol_latex(one.point) + "}",
-                matrix_latex((Eigen::Matrix2d() << re, -im, im, re).finished()));
+      lines.add("C_{" + conditions::symbol_latex(one.point) + "}", (Eigen::Matrix2d() << re, -im, im, re).finished());
     }
   }
   if (at.parameters)
@@ -396,7 +463,7 @@ std::string equations_latex(const EquationsReportData& view) {
       std::string text = condition_latex(*at.parameters, row, at.parameter_names);
       lines.add(fmt::format("\\pi_{{{}}}", row + 1), text.substr(0, text.rfind(" = ")));
     }
-  return lines.to_latex(max_columns);
+  return lines.to_latex();
 }
 
 // The equations of motion in speeds, and the effect of constraints on them.

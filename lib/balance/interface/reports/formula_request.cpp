@@ -1,6 +1,7 @@
 #include "balance/interface/reports/formula_request.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/interface/specification/read_options.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/motion/simulation/end_configurations.hpp"
@@ -227,10 +228,19 @@ class FormulaDerivation {
     return found;
   }
 
+  bool is_spec_si() const {
+    const specification::SpecUnits units = specification::read_display_units(study().spec_text);
+    return units.length == 1 && units.angle == 1 && units.mass == 1 && units.time == 1 && units.force == 1;
+  }
+
   FormulasReportData check(const formulas::FormulaSheet& sheet, const formulas::PrintOptions& options) const {
     const std::string& name = study().mechanism.name;
-    FormulasReportData view{
-        name.empty() ? study().spec_file : name, &sheet, print_sheet(sheet, options), {}, study().warnings};
+    FormulasReportData view{name.empty() ? study().spec_file : name,
+                            &sheet,
+                            print_sheet(sheet, options),
+                            {},
+                            study().warnings,
+                            is_spec_si()};
     view.check = formulas::check_against_engine(sheet, texts_by_label(view.sections), study().mechanism,
                                                 {.with_perturbed_parameters = !request_.with_values});
     return view;

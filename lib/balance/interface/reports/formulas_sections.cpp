@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 namespace balance::reports {
@@ -28,9 +30,13 @@ std::string solution_text(const PrintedSection& section) {
   std::string text;
   std::vector<std::string> values;
   bool has_remaining = false, has_contradiction = false;
+  const auto contradicts = [&](const std::string& remaining) {
+    return remaining == "1" ||
+           std::find(section.nonzero.begin(), section.nonzero.end(), remaining) != section.nonzero.end();
+  };
   for (const auto& formula : section.formulas)
     if (formula.label.empty())
-      (formula.text == "1" ? has_contradiction : has_remaining) = true;
+      (contradicts(formula.text) ? has_contradiction : has_remaining) = true;
     else if (formula.value)
       values.push_back(fmt::format("{} = {:.6g}", formula.label, *formula.value));
   if (has_contradiction) text += "  a contradiction: no values of these numbers meet the goal\n";
@@ -51,6 +57,16 @@ std::string length_note(const PrintedSection& section) {
   return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
 }
 
+/// The value in the spec; 0 for what an expression of the spec leaves of others by round-off, as `r cos(pi/2)`.
+double shown_value(const formulas::Ring& ring, const formulas::Symbol& symbol) {
+  if (symbol.source.is_constant()) return symbol.value;
+  double largest = 0;  // of its kind
+  for (const formulas::Symbol& other : ring.symbols())
+    if (other.kind == symbol.kind) largest = std::max(largest, std::abs(other.value));
+  constexpr double round_off = 1e-15;
+  return std::abs(symbol.value) <= round_off * largest ? 0 : symbol.value;
+}
+
 /// Names in the formulas, with their values in the spec.
 std::string symbols_line(const FormulasReportData& view) {
   std::set<std::string> names;
@@ -63,15 +79,23 @@ std::string symbols_line(const FormulasReportData& view) {
         name = is_name_char ? name + c : "";
       }
     }
-  std::vector<std::string> values;
+  std::vector<std::string> parameters, values;
   const auto& ring = *view.sheet->ring;
-  for (const auto& symbol : ring.symbols())
+  const std::size_t parameter_count =
+      view.is_spec_si ? 0 : view.sheet->equations.tree.model->parameters().size();  // the ring's first symbols
+  for (std::size_t s = 0; s < ring.symbols().size(); ++s) {
+    const formulas::Symbol& symbol = ring.symbols()[s];
     if (symbol.kind < formulas::SymbolKind::slide && names.contains(symbol.name))
-      values.push_back(fmt::format("{} = {:.6g}", symbol.name, symbol.value));
+      (s < parameter_count ? parameters : values)
+          .push_back(fmt::format("{} = {:.6g}", symbol.name, shown_value(ring, symbol)));
+  }
   for (const auto& angle : ring.angles())
     if (angle.is_fixed && names.contains(angle.name))
       values.push_back(fmt::format("{} = {:.6g}", angle.name, angle.value));
-  return values.empty() ? "" : fmt::format("\nwhere {} in SI units\n", fmt::join(values, ", "));
+  const std::string in_si = values.empty() ? "" : fmt::format("{} in SI units", fmt::join(values, ", "));
+  if (parameters.empty()) return values.empty() ? "" : "\nwhere " + in_si + "\n";
+  return fmt::format("\nwhere {} in the spec's units{}{}\n", fmt::join(parameters, ", "),
+                     values.empty() ? "" : ", and ", in_si);
 }
 
 }  // namespace

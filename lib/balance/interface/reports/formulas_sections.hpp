@@ -18,6 +18,7 @@ struct FormulasReportData {
   std::vector<formulas::PrintedSection> sections;
   formulas::FormulaCheck check;
   std::vector<std::string> warnings;  ///< of the spec
+  bool is_spec_si = true;             ///< else its parameters have other units than the other numbers, which are SI
 };
 
 std::string formulas_text(const FormulasReportData& view, std::size_t width = files::default_text_width);

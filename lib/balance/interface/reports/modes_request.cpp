@@ -3,6 +3,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/spec_locations.hpp"
 
 #include <fmt/format.h>
 
@@ -126,9 +127,9 @@ void compute_along(const Study& study, const Trajectory* trajectory, const Compu
   } catch (const SweepError&) {
     throw;
   } catch (const std::invalid_argument& error) {
-    throw SpecError(
-        {.place = {.file = study.spec_file, .key = trajectory != nullptr ? "trajectories." + trajectory->name : ""},
-         .message = error.what()});
+    throw SpecError({.place = trajectory != nullptr ? specification::locate_trajectory(study, *trajectory)
+                                                    : SourceLocation{.file = study.spec_file},
+                     .message = error.what()});
   }
 }
 

@@ -7,13 +7,36 @@
 #include "balance/motion/simulation/end_configurations.hpp"
 #include "balance/motion/simulation/run_figure.hpp"
 #include "balance/motion/study/study.hpp"
+#include "balance/synthesis/conditions/condition_notes.hpp"
 #include "balance/synthesis/conditions/spec_symbols.hpp"
 #include "balance/synthesis/design/condition_dependence.hpp"
 #include "balance/synthesis/design/status_names.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace balance::reports {
+
+namespace {
+
+/// "g is 0 in the spec": the parameters with which gravity would not vanish; empty if there is gravity, or none at all.
+std::string describe_vanishing_gravity(const DesignSpace& space) {
+  if (!space.recording || space.start.mechanism.gravity.norm() > 0) return "";
+  const study::Recording& recording = *space.recording;
+  std::string names;
+  for (const study::NamedExpression& parameter : recording.parameters) {
+    if (!parameter.is_plain || parameter.value.is_constant() || parameter.value.value() != 0) continue;
+    std::vector<double> inputs = recording.inputs;
+    inputs[static_cast<std::size_t>(recording.input_index(parameter.value))] = 1;
+    const study::RecordedValues<double> changed(recording, inputs);
+    const auto& gravity = recording.mechanism.gravity;
+    if (std::any_of(gravity.begin(), gravity.end(), [&](const Expression& g) { return changed(g) != 0; }))
+      names += (names.empty() ? "" : ", ") + parameter.name;
+  }
+  return names.empty() ? "" : names + (names.find(',') == std::string::npos ? " is" : " are") + " 0 in the spec";
+}
+
+}  // namespace
 
 ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space, bool with_names) {
   const Study& study = space.start;
@@ -38,6 +61,10 @@ ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const De
   view.title = study.mechanism.name;
   view.strategy = request.strategy();
   view.conditions = derive(study.mechanism);
+  if (const std::string vanishing = describe_vanishing_gravity(space); !vanishing.empty())
+    for (std::string& note : view.conditions.notes)
+      if (note == conditions::no_gravity_note)
+        note = vanishing + ": weight imposes no condition, but does with another value (--set)";
   if (view.conditions.status != ConditionsStatus::done) {
     outcome.refusal = {design::name_of(view.conditions.status), view.conditions.reason};
     return outcome;

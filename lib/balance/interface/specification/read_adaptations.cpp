@@ -80,8 +80,13 @@ trajectory::AdaptationOf<Expression> read_adaptation(const Member& member, Study
   trajectory::AdaptationOf<Expression> adaptation;
   adaptation.attachment = find_counterweight(member.key, member.name, draft);
   check_name(member.key, member.name, draft);
-  const BodyId body = draft.mechanism().attachments[static_cast<std::size_t>(adaptation.attachment)].body;
-  const auto add = [&](const SpecCursor& at) { adaptation.moves.push_back(read_move(at, body, draft)); };
+  const auto& attachment = draft.mechanism().attachments[static_cast<std::size_t>(adaptation.attachment)];
+  const auto add = [&](const SpecCursor& at) {
+    adaptation.moves.push_back(read_move(at, attachment.body, draft));
+    if (attachment.shape)  // a place is that of a sector's axis
+      adaptation.moves.back().to +=
+          Vector3Of<Expression>(attachment.shape->axis_distance * attachment.shape->rotation.col(0));
+  };
   if (!member.value.is_list())
     add(member.value);
   else

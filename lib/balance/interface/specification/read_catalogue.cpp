@@ -26,6 +26,8 @@ std::vector<TextRow> parse_text_table(const std::string& text) {
   std::size_t i = std::string_view(text).starts_with("\xEF\xBB\xBF") ? 3 : 0;
   long line = 1;
   const auto fail = [&](const std::string& what) { throw TableError(fmt::format("line {}: {}", line, what)); };
+  if (!is_utf8(text) || text.find('\0') != std::string::npos)
+    throw TableError("expected text in UTF-8, found other bytes: save the table as \"CSV UTF-8\"");
   while (i < text.size()) {
     TextRow row{line, {}};
     const std::size_t begin = i;
@@ -234,6 +236,13 @@ class CatalogueReader {
         request != requests_.end() && !request->second.unit.empty() ? request->second.unit : heading.unit;
     if (text.empty()) return draft_.units.factor(property.dimension);
     const std::optional<UnitProduct> unit = parse_unit_product(text);
+    if (text != heading.unit && !heading.unit.empty()) {
+      const std::optional<UnitProduct> own = parse_unit_product(heading.unit);
+      if (!own || !unit || own->value != unit->value)
+        throw TableError(fmt::format("column {}: expected one unit, found {} in the file and {} in 'columns'",
+                                     quote_for_message(heading.name), quote_for_message(heading.unit),
+                                     quote_for_message(text)));
+    }
     Dimension expanded = property.dimension;
     const int force = std::exchange(expanded.force, 0);
     expanded.mass += force, expanded.length += force, expanded.time -= 2 * force;

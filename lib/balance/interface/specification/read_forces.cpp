@@ -1,6 +1,7 @@
 // Loads, springs, friction.
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/numerics/cubic_spline.hpp"
 #include "balance/interface/specification/read_catalogue.hpp"
 #include "balance/interface/specification/spec_table.hpp"
 #include "balance/interface/specification/study_builder.hpp"
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace balance::specification {
@@ -181,13 +183,98 @@ void read_load_table(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Ex
     table.fail({.expected = fmt::format("at least {} rows for a spline", min_rows), .found = fmt::format("{}", rows)});
 }
 
+/// A force or a moment as an expression of a coordinate.
+Expression evaluate_over(const SpecCursor& at, const TableColumn& argument, const Expression& x, Dimension dimension,
+                         StudyBuilder& draft) {
+  const double unit = draft.units.factor(argument.dimension);
+  const Expression value = draft.parameters.evaluate(
+      at, {argument.name},
+      [&](const std::string&, const Expression* parameter) { return parameter != nullptr ? *parameter : x / unit; });
+  return value * draft.units.factor(dimension);
+}
+
+/// The largest distance of the closed spline through every second row from the row between, as a part of the largest value.
+double find_spline_error(const model::LoadOf<Expression>& load) {
+  const std::size_t rows = load.arguments.size();
+  std::vector<double> knots;
+  Samples values(static_cast<Eigen::Index>(rows / 2 + 1), 6);
+  const auto value_of = [&](std::size_t row, Eigen::Index c) {
+    return (c < 3 ? load.force : load.moment)[row % rows][c % 3].value();
+  };
+  const double period = 2 * load.arguments[rows / 2].value() - 2 * load.arguments[0].value();
+  for (std::size_t row = 0; row <= rows; row += 2) {
+    knots.push_back(row < rows ? load.arguments[row].value() : load.arguments[0].value() + period);
+    for (Eigen::Index c = 0; c < 6; ++c) values(static_cast<Eigen::Index>(row / 2), c) = value_of(row, c);
+  }
+  const numerics::CubicSpline spline(knots, values, numerics::SplineEnd::periodic);
+  VectorX value(6), first(6), second(6);
+  double error = 0, largest = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    spline.at(load.arguments[row].value(), value, first, second);
+    for (Eigen::Index c = 0; c < 6; ++c) {
+      error = std::max(error, std::abs(value[c] - value_of(row, c)));
+      largest = std::max(largest, std::abs(value_of(row, c)));
+    }
+  }
+  return largest > 0 ? error / largest : 0;
+}
+
+/// Forces and moments as expressions of a coordinate that repeats: rows that a closed spline joins, as many as make it
+/// follow the expressions.
+void read_load_expressions(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
+  constexpr std::size_t min_rows = 64, max_rows = 1024;
+  constexpr double sought_error = 1e-9 * 16, accepted_error = 1e-6 * 16;  // half as many rows: 16 times the error
+  const TableColumn argument = read_argument(keys, draft, load);
+  if (!keys.period)
+    keys.over->fail({.expected = "'period' (turn, or a number) with expressions of a coordinate", .found = "none"});
+  if (keys.interpolation) keys.interpolation->fail({.expected = "no 'interpolation' of expressions, which are smooth"});
+  const Expression period = read_period(*keys.period, argument, draft);
+  load.is_periodic = load.is_spline = true;
+  double error = 0;
+  for (std::size_t rows = min_rows; rows <= max_rows; rows *= 2) {
+    load.arguments.clear(), load.force.clear(), load.moment.clear();
+    for (std::size_t row = 0; row < rows; ++row) {
+      const Expression x = period * (static_cast<double>(row) / static_cast<double>(rows));
+      Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
+      if (keys.force) {
+        const auto entries = keys.force->items("a force [fx, fy …]", draft.planar() ? 2 : 3);
+        for (std::size_t c = 0; c < entries.size(); ++c)
+          force[static_cast<Eigen::Index>(c)] = evaluate_over(entries[c], argument, x, dimension::force, draft);
+      }
+      if (keys.moment && draft.planar()) {
+        moment.z() = evaluate_over(*keys.moment, argument, x, dimension::moment, draft);
+      } else if (keys.moment) {
+        const auto entries = keys.moment->items("a moment [mx, my, mz]", 3);
+        for (std::size_t c = 0; c < entries.size(); ++c)
+          moment[static_cast<Eigen::Index>(c)] = evaluate_over(entries[c], argument, x, dimension::moment, draft);
+      }
+      for (const Vector3E* vector : {&force, &moment})
+        for (const Expression& entry : *vector)
+          if (!std::isfinite(entry.value()))
+            (keys.moment ? *keys.moment : *keys.force)
+                .fail({.expected = "a finite value everywhere",
+                       .found = fmt::format("none at {} = {:.6g}", argument.name,
+                                            x.value() / draft.units.factor(argument.dimension))});
+      load.arguments.push_back(x), load.force.push_back(force), load.moment.push_back(moment);
+    }
+    error = find_spline_error(load);
+    if (error <= sought_error) break;
+  }
+  if (error > accepted_error)
+    (keys.moment ? *keys.moment : *keys.force)
+        .fail({.expected = "a smooth expression that repeats after the period; what jumps or has a kink is a 'table'"});
+  load.arguments.push_back(period);
+  load.force.push_back(Vector3E(load.force.front()));
+  load.moment.push_back(Vector3E(load.moment.front()));
+}
+
 void read_load_values(const LoadKeys& keys, StudyBuilder& draft, model::LoadOf<Expression>& load) {
   if (keys.period && !keys.over)
     keys.period->fail({.expected = "'over' with the coordinate that repeats", .found = "'period' alone"});
   if (keys.table || keys.file) return read_load_table(keys, draft, load);
-  for (const auto& [entry, name] : {std::pair(&keys.over, "'over'"), std::pair(&keys.period, "'period'"),
-                                    std::pair(&keys.interpolation, "'interpolation'")})
-    if (*entry) (*entry)->fail({.expected = "'table' or 'file' for a load that changes", .found = name});
+  if (keys.over) return read_load_expressions(keys, draft, load);
+  if (keys.interpolation)
+    keys.interpolation->fail({.expected = "'table' or 'file' for a load that changes", .found = "'interpolation'"});
   Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
   if (keys.force) draft.problems.collect([&] { force = read_vector(*keys.force, draft, dimension::force); });
   if (keys.moment) draft.problems.collect([&] { moment = read_moment(*keys.moment, draft); });
@@ -317,6 +404,7 @@ void read_spring(const SpecCursor& at, StudyBuilder& draft, model::SpringOf<Expr
   std::vector<Field> fields{{"between", Presence::optional, store_in(keys.between)},
                             {"joint", Presence::optional, store_in(keys.joint)},
                             {"stiffness", Presence::optional, store_in(keys.stiffness)},
+                            {"table", Presence::optional, [](const SpecCursor&) {}},  // read_tabulated_spring()
                             {"free_length", Presence::optional, store_in(keys.free_length)},
                             {"initial_tension", Presence::optional, store_in(keys.initial_tension)},
                             {"shortest_length", Presence::optional, store_in(keys.shortest_length)},

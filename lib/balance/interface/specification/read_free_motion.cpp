@@ -106,9 +106,6 @@ void read_free_motion(const FreeMotionKeys& keys, StudyBuilder& draft, Trajector
   trajectory::FreeMotionOf<Expression> motion;
   motion.free = read_undriven(*keys.free, "free", draft, trajectory);
   if (motion.free.empty()) keys.free->fail_expected("at least one free coordinate");
-  for (const CoordinateId coordinate : motion.free)
-    if (contains(draft.mechanism().actuators, coordinate))
-      keys.free->fail({.expected = "coordinates without an actuator", .found = quote_name(coordinate, draft)});
   if (keys.hold) motion.held = read_undriven(*keys.hold, "hold", draft, trajectory);
   for (const CoordinateId coordinate : motion.held)
     if (contains(motion.free, coordinate))

@@ -4,6 +4,8 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/free_number.hpp"
+#include "balance/interface/specification/part_insertion.hpp"
 #include "balance/interface/specification/read_pose.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/interface/specification/read_speeds.hpp"
@@ -11,6 +13,21 @@
 #include <algorithm>
 
 namespace balance::specification {
+
+StudyBuilder make_option_builder(const Study& study, const char* option) {
+  StudyBuilder draft(study.spec_file);
+  draft.study = study;
+  draft.mechanism() = model::convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
+  static_cast<model::DisplayUnits&>(draft.units) = study.mechanism.units;
+  if (!study.spec_text.empty()) {  // of a mechanism made without a spec
+    const YamlNode root = parse_yaml(study.spec_text, draft.problems);
+    if (const YamlNode* section = find_entry(root, "parameters"))
+      draft.parameters = SpecParameters(SpecCursor(*section, "parameters", draft.problems), study.overrides,
+                                        list_added_element_parameters(root), *draft.recording, draft.problems);
+  }
+  draft.problems = SpecErrorCollector::of_option(option);
+  return draft;
+}
 
 namespace {
 

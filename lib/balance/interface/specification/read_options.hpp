@@ -4,7 +4,6 @@
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_speeds.hpp"
 #include "balance/interface/specification/study_builder.hpp"
-#include "balance/mechanics/model/mechanism.hpp"
 #include "balance/motion/study/study.hpp"
 
 #include <string>
@@ -12,15 +11,8 @@
 
 namespace balance::specification {
 
-/// Builder of a study, with its units, whose messages refer to an option.
-inline StudyBuilder make_option_builder(const Study& study, const char* option) {
-  StudyBuilder draft(study.spec_file);
-  draft.study = study;
-  draft.mechanism() = model::convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  static_cast<model::DisplayUnits&>(draft.units) = study.mechanism.units;
-  draft.problems = SpecErrorCollector::of_option(option);
-  return draft;
-}
+/// Builder of a study, with its units and parameters, whose messages refer to an option.
+StudyBuilder make_option_builder(const Study& study, const char* option);
 
 /// Fails for a blank text.
 inline void require_text(const std::string& text, const char* what) {
@@ -30,8 +22,8 @@ inline void require_text(const std::string& text, const char* what) {
 
 // Speeds from the command line.
 
-/// @param text YAML, with or without braces: `v: tool.u, w: {A: 0.5, B: -0.5}`; terms of a speed and units of factors
-/// are as in a spec's `constraints` (interface/specification/read_speeds.hpp)
+/// @param text YAML, with or without braces: `v: tool.u, w: {A: 0.5, B: -r}`; terms of a speed and units of factors
+/// are as in a spec's `constraints` (interface/specification/read_speeds.hpp), and factors may use its parameters
 /// @param option its name in messages
 /// @throws SpecError whose file is the option
 std::vector<model::GeneralisedSpeed> read_speeds(const std::string& text, const char* option, SpeedUse use,

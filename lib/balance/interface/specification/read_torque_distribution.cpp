@@ -87,7 +87,7 @@ class TorqueDistributionReader {
   void read_limit(const SpecCursor& at, Dimension effort, Share& share) const {
     if (!at.is_list()) {
       share.upper = read_number(at, draft_, effort, SignConstraint::not_negative);
-      share.lower = -*share.upper;
+      share.lower = share.upper->value() == 0 ? *share.upper : -*share.upper;  // no bound is -0
       return;
     }
     const std::vector<SpecCursor> bounds = at.items("[lowest, highest]", 2);

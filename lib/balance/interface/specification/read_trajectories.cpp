@@ -247,6 +247,8 @@ std::vector<trajectory::Component> read_components(const SpecCursor& at, const S
   return components;
 }
 
+constexpr const char* nothing_driven = "none";
+
 /// Keys that only a trajectory has, before they are assembled.
 struct TrajectoryKeys {
   std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns, speed, adapt;
@@ -271,6 +273,8 @@ struct TrajectoryAssembly {
 
   const SpecCursor* path() const { return keys.path ? &*keys.path : nullptr; }
   bool has_table() const { return keys.path && is_table(*keys.path); }
+  /// Whether everything that moves is free.
+  bool drives_nothing() const { return keys.drive && keys.drive->node().text == nothing_driven; }
 
   /// Whether a key that both may have is missing, or wrong, because of a mistake that is already reported.
   bool is_unread(const char* key, bool is_given, bool is_default_given) const {
@@ -331,7 +335,27 @@ void read_turns(const TrajectoryAssembly& assembly) {
   trajectory.to.joints.front().value = joints.front().value + turns * (2 * std::numbers::pi);
 }
 
+/// A motion that is left to the dynamics begins where its free coordinates do.
+void require_nothing_driven(const TrajectoryAssembly& assembly) {
+  const TrajectoryKeys& keys = assembly.keys;
+  if (!keys.free_motion.free)
+    keys.drive->fail({.expected = "with 'drive: none' 'free', the coordinates that move", .found = "none"});
+  for (const auto& [key, name] : {std::pair{&keys.path, "path"},
+                                  {&keys.speed, "speed"},
+                                  {&keys.turns, "turns"},
+                                  {&keys.components, "components"},
+                                  {&keys.remaining, "remaining"},
+                                  {&keys.adapt, "adapt"},
+                                  {&assembly.timing.from_at, "from"},
+                                  {&assembly.timing.to_at, "to"}})
+    if (*key)
+      (*key)->fail({.expected = fmt::format("no '{}' with 'drive: none', where nothing is driven; where free and held "
+                                            "coordinates start stands under 'initial'",
+                                            name)});
+}
+
 void read_poses(const TrajectoryAssembly& assembly) {
+  if (assembly.drives_nothing()) return require_nothing_driven(assembly);
   const MotionDefaults &timing = assembly.timing, &defaults = assembly.defaults;
   TrajectoryOf<Expression>& trajectory = assembly.trajectory;
   const SpecCursor* path = assembly.path();
@@ -347,7 +371,12 @@ void read_poses(const TrajectoryAssembly& assembly) {
   if (has_momentum_task(trajectory)) trajectory.to.angle = trajectory.from.angle;  // its end is found
   if (assembly.has_table()) return;
   const DriveRequirements requirements{trajectory.drive, trajectory.components};
-  if (!from) assembly.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
+  if (!from)
+    assembly.at.fail({.kind = "missing key",
+                      .expected = assembly.keys.free_motion.free
+                                      ? "'from' here or in 'motion', or 'drive: none' if nothing is driven"
+                                      : "'from' here or in 'motion'",
+                      .found = "none"});
   const bool is_from_derived = overrides_pose(trajectory.from, trajectory.drive);
   if (!is_from_derived || path != nullptr)
     check_pose(place_of(timing.from_at, defaults.from_at, assembly.at), trajectory.from, requirements, assembly.draft);
@@ -367,15 +396,20 @@ void read_poses(const TrajectoryAssembly& assembly) {
 
 void read_drive(const TrajectoryAssembly& assembly) {
   if (!assembly.keys.drive) throw CascadingError();
-  assembly.trajectory.drive =
-      static_cast<DriveKind>(assembly.keys.drive->read_choice("a drive", {"joints", "tool", "com"}));
+  const std::size_t choice = assembly.keys.drive->read_choice("a drive", {"joints", "tool", "com", nothing_driven});
+  assembly.trajectory.drive = assembly.drives_nothing() ? DriveKind::joints : static_cast<DriveKind>(choice);
   if (assembly.trajectory.drive == DriveKind::tool && !assembly.draft.mechanism().tool)
     assembly.keys.drive->fail_unless_uncertain(
         "tool", {.expected = "a spec with a tool ('tool: body.point') for 'drive: tool'", .found = "none"});
 }
 
 void read_trajectory_law(const TrajectoryAssembly& assembly) {
-  if (assembly.keys.speed) assembly.trajectory.law.kind = MotionLawKind::uniform;
+  if (assembly.keys.speed || assembly.drives_nothing()) assembly.trajectory.law.kind = MotionLawKind::uniform;
+  if (assembly.drives_nothing()) {
+    for (const auto& key : {assembly.keys.law, assembly.keys.ramp, assembly.keys.ramps})
+      if (key) key->fail({.expected = "no law with 'drive: none', where nothing is driven"});
+    return;
+  }
   if (assembly.keys.law) {
     assembly.trajectory.law.kind = read_law(*assembly.keys.law);
     if (assembly.keys.speed && assembly.trajectory.law.kind != MotionLawKind::uniform)

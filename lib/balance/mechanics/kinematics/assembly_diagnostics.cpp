@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -286,6 +287,111 @@ std::string describe_missed_pose(const Mechanism& mechanism, const Tree<S>& tree
   return "it asks for " + missed_values + format_collinear_links(mechanism, tree, system.state());
 }
 
+/// What lies between the ground and the tool's body on one way, with both, as a mechanism of its own.
+struct Leg {
+  std::string name;  ///< "crank1 - coupler1"
+  Mechanism mechanism;
+  trajectory::PoseTarget pose;
+};
+
+/// For each body the leg that it is part of: bodies that joints connect without the ground and the tool's body.
+std::vector<std::size_t> find_leg_roots(const Mechanism& mechanism) {
+  std::vector<std::size_t> root(mechanism.bodies.size());
+  for (std::size_t b = 0; b < root.size(); ++b) root[b] = b;
+  const auto is_end = [&](BodyId body) { return body == model::ground || body == mechanism.tool->body; };
+  for (const Joint& joint : mechanism.joints) {
+    if (is_end(joint.first) || is_end(joint.second)) continue;
+    const std::size_t from = root[static_cast<std::size_t>(joint.second)],
+                      to = root[static_cast<std::size_t>(joint.first)];
+    std::replace(root.begin(), root.end(), from, to);
+  }
+  return root;
+}
+
+/// A mechanism of some of the bodies and the joints among them; nothing else moves with these.
+Leg extract_leg(const Mechanism& whole, const trajectory::PoseTarget& pose, const std::vector<bool>& is_part) {
+  Leg leg{"", {}, pose};
+  leg.mechanism.space = whole.space;
+  leg.mechanism.units = whole.units;
+  leg.pose.joints.clear();
+  std::vector<BodyId> new_body(whole.bodies.size(), model::ground);
+  for (std::size_t b = 0; b < whole.bodies.size(); ++b) {
+    if (!is_part[b]) continue;
+    new_body[b] = static_cast<int>(leg.mechanism.bodies.size());
+    leg.mechanism.bodies.push_back(whole.bodies[b]);
+    const bool is_inner = b > 0 && static_cast<int>(b) != whole.tool->body;
+    if (is_inner) leg.name += (leg.name.empty() ? "" : " - ") + whole.bodies[b].name;
+  }
+  for (Joint joint : whole.joints) {
+    const auto first = static_cast<std::size_t>(joint.first), second = static_cast<std::size_t>(joint.second);
+    const bool is_beside = (first == 0 || static_cast<int>(first) == whole.tool->body) &&
+                           (second == 0 || static_cast<int>(second) == whole.tool->body);
+    if (!is_part[first] || !is_part[second] || is_beside) continue;
+    joint.first = new_body[first], joint.second = new_body[second];
+    leg.mechanism.joints.push_back(std::move(joint));
+  }
+  leg.mechanism.coordinates = list_coordinates(whole.space, leg.mechanism.joints);
+  leg.mechanism.tool = whole.tool;
+  leg.mechanism.tool->body = new_body[static_cast<std::size_t>(whole.tool->body)];
+  const auto keep_values = [&](const std::vector<CoordinateValue>& values, std::vector<CoordinateValue>& kept) {
+    for (const CoordinateValue& value : values)
+      for (std::size_t c = 0; c < leg.mechanism.coordinates.size(); ++c)
+        if (leg.mechanism.coordinates[c].name == whole.coordinates[value.coordinate].name)
+          kept.push_back({static_cast<int>(c), value.value});
+  };
+  keep_values(whole.assembly, leg.mechanism.assembly);
+  keep_values(pose.joints, leg.pose.joints);
+  return leg;
+}
+
+/// The legs that carry the tool's body; none if a pose does not say where it is, or if there is only one.
+std::vector<Leg> list_legs(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
+  const bool states_tool = pose.tool || pose.angle || pose.orientation;
+  if (!states_tool || !mechanism.tool || mechanism.tool->body == model::ground || has_velocity_constraints(mechanism))
+    return {};
+  const auto tool = static_cast<std::size_t>(mechanism.tool->body);
+  const std::vector<std::size_t> root = find_leg_roots(mechanism);
+  std::vector<Leg> legs;
+  for (std::size_t r = 1; r < root.size(); ++r) {
+    if (root[r] != r || r == tool) continue;
+    bool is_grounded = false, carries_tool = false;
+    for (const Joint& joint : mechanism.joints) {
+      const auto first = static_cast<std::size_t>(joint.first), second = static_cast<std::size_t>(joint.second);
+      if (root[first] != r && root[second] != r) continue;
+      is_grounded = is_grounded || first == 0 || second == 0;
+      carries_tool = carries_tool || first == tool || second == tool;
+    }
+    if (!is_grounded || !carries_tool) continue;
+    std::vector<bool> is_part(root.size());
+    for (std::size_t b = 0; b < root.size(); ++b) is_part[b] = b == 0 || b == tool || root[b] == r;
+    legs.push_back(extract_leg(mechanism, pose, is_part));
+  }
+  return legs.size() > 1 ? legs : std::vector<Leg>();
+}
+
+/// What is missed by the mechanism, and by each leg that misses the pose even by itself.
+template <class S>
+std::string describe_missed_pose_and_legs(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt,
+                                          const VectorX& assembled, const trajectory::PoseTarget& pose) {
+  std::string text = describe_missed_pose(mechanism, tree, attempt, assembled, pose);
+  if (text.empty()) return text;
+  constexpr std::string_view begin = "it asks for ";
+  for (const Leg& leg : list_legs(mechanism, pose)) {
+    std::vector<CoordinateId> stated;
+    for (const CoordinateValue& joint : leg.pose.joints) stated.push_back(joint.coordinate);
+    const Tree<S> leg_tree = compile_tree<S>(leg.mechanism, stated);
+    const PoseEquations<S> equations = make_pose_equations(leg.mechanism, leg_tree, leg.pose);
+    ConstraintSystem<S> system(leg_tree, equations.drive), closures(leg_tree, Drive<S>{});
+    const AssemblySolution solution = solve_pose(leg.mechanism, leg_tree, system, equations.target);
+    if (solution.found) continue;
+    const AssemblySolution loops = solve_pose(leg.mechanism, leg_tree, closures, {});
+    if (!loops.found) continue;
+    const std::string missed = describe_missed_pose(leg.mechanism, leg_tree, solution.y, loops.y, leg.pose);
+    if (missed.starts_with(begin)) text += "; leg " + leg.name + " by itself: " + missed.substr(begin.size());
+  }
+  return text;
+}
+
 template <class S>
 std::string describe_unreachable_pose_in(const Mechanism& mechanism, const trajectory::PoseTarget& pose) {
   std::vector<CoordinateId> stated;
@@ -296,7 +402,7 @@ std::string describe_unreachable_pose_in(const Mechanism& mechanism, const traje
   const AssemblySolution solution = solve_pose(mechanism, tree, system, pose_equations.target);
   if (solution.found) return "";
   const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
-  return loops.found ? describe_missed_pose(mechanism, tree, solution.y, loops.y, pose) : "";
+  return loops.found ? describe_missed_pose_and_legs(mechanism, tree, solution.y, loops.y, pose) : "";
 }
 
 }  // namespace
@@ -307,7 +413,7 @@ MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>
   ConstraintSystem<S> closures(tree, Drive<S>{});
   const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
   if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
-  const std::string missed = describe_missed_pose(mechanism, tree, attempt.y, loops.y, pose);
+  const std::string missed = describe_missed_pose_and_legs(mechanism, tree, attempt.y, loops.y, pose);
   return {MotionStatus::unreachable,
           0,
           "the start pose cannot be reached: " + (missed.empty() ? "no configuration was found that has it" : missed),

@@ -40,9 +40,9 @@ template <class S>
 MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
                                        const trajectory::PoseTarget& pose);
 
-/// Which values of a pose are missed in every configuration, by how much, and the nearest ones: "it asks for the tool at
-/// (3, 4) m (nearest is (1.2, 1.6) m), 3 m out of reach; there a and b are in line at B". Empty if the pose can be
-/// reached, or the nearest configuration is not known.
+/// Which values of a pose are missed, by how much, and the nearest ones: "it asks for the tool at (3, 4) m (nearest is
+/// (1.2, 1.6) m), 3 m out of reach; there a and b are in line at B"; then, of several legs, those that miss it by
+/// themselves. Empty if the pose can be reached, or the nearest configuration is not known.
 std::string describe_unreachable_pose(const Mechanism& mechanism, const trajectory::PoseTarget& pose);
 
 #define BALANCE_DECLARE(S)                                                                                             \

@@ -1,6 +1,7 @@
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 
 #include "balance/foundation/base/rotation.hpp"
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/kinematics/assembly.hpp"
@@ -330,10 +331,10 @@ class TrajectoryCompiler {
     plan_.has_redundant_closures = tree_.closure_rows > rank;
     configuration_freedoms_ = tree_.columns - find_generic_position_rank(tree_, start.y);
     if (from.drive.row_count() < plan_.freedoms && !std::holds_alternative<trajectory::TablePath>(trajectory_.path))
-      return fail(make_failure(MotionStatus::mismatch, "the start pose (from) states " +
-                                                           std::to_string(from.drive.row_count()) +
-                                                           " values, but the mechanism has " +
-                                                           std::to_string(plan_.freedoms) + " degrees of freedom"));
+      return fail(make_failure(MotionStatus::mismatch,
+                               "the start pose (from) states " + count_noun(from.drive.row_count(), "value", "values") +
+                                   ", but the mechanism has " + count_noun(plan_.freedoms, "degree", "degrees") +
+                                   " of freedom"));
     return true;
   }
 

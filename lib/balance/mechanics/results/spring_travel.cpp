@@ -29,20 +29,21 @@ std::vector<TravelExcess> find_travel_excesses(const Mechanism& mechanism, const
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     const Spring& spring = mechanism.springs[s];
     if (!spring.has_travel() || spring.is_joint_spring()) continue;
-    double worst = 0, worst_length = 0;
-    long worst_row = -1;
+    TravelExcess slack, stretched;
+    slack.spring = stretched.spring = static_cast<int>(s);
+    stretched.is_long = true;
     for (long row = 0; row < result.time.size(); ++row) {
       const double length = (in_world(poses, row, spring.second, spring.point_second) -
                              in_world(poses, row, spring.first, spring.point_first))
                                 .norm();
-      const double margin = spring.travel_margin(length);
-      if (margin >= worst || -margin <= travel_tolerance * length) continue;
-      worst = margin, worst_length = length, worst_row = row;
+      TravelExcess& worst = spring.longest_length && length > *spring.longest_length ? stretched : slack;
+      const double excess = -spring.travel_margin(length);
+      if (excess <= worst.excess || excess <= travel_tolerance * length) continue;
+      worst.excess = excess, worst.length = length, worst.time = result.time[row];
+      worst.position = result.joint_position.row(row);
     }
-    if (worst_row < 0) continue;
-    excesses.push_back({static_cast<int>(s), -worst, worst_length,
-                        spring.longest_length && worst_length > *spring.longest_length, result.time[worst_row],
-                        result.joint_position.row(worst_row)});
+    for (const TravelExcess* worst : {&slack, &stretched})
+      if (worst->excess > 0) excesses.push_back(*worst);
   }
   return excesses;
 }

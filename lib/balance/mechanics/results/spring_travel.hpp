@@ -9,7 +9,7 @@
 
 namespace balance::results {
 
-/// The worst sample at which a spring is longer or shorter than its travel.
+/// The worst sample at which a spring is longer, or shorter, than its travel.
 struct TravelExcess {
   int spring = 0;        ///< index into Mechanism::springs
   double excess = 0;     ///< beyond the travel, > 0 [m]
@@ -19,7 +19,7 @@ struct TravelExcess {
   VectorX position;      ///< joint coordinates then
 };
 
-/// One for each spring that leaves its travel.
+/// One for each end of its travel beyond which a spring is.
 /// @param result a run of this mechanism
 std::vector<TravelExcess> find_travel_excesses(const Mechanism& mechanism, const RunResult& result);
 

@@ -12,6 +12,15 @@
 
 namespace balance::trajectory {
 
+bool drives_nothing(const Trajectory& trajectory) {
+  if (!trajectory.free_motion || trajectory.drive != DriveKind::joints) return false;
+  return trajectory.from.joints.size() == trajectory.free_motion->free.size() + trajectory.free_motion->held.size();
+}
+
+const char* drive_name(const Trajectory& trajectory) {
+  return drives_nothing(trajectory) ? "none" : name_of(trajectory.drive);
+}
+
 int count_remaining_quantities(const Trajectory& trajectory) {
   return static_cast<int>(trajectory.remaining_coordinates.size()) + (trajectory.remaining_angle ? 1 : 0);
 }

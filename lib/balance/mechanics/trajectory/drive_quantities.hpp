@@ -11,6 +11,12 @@
 
 namespace balance::trajectory {
 
+/// Whether all coordinates that the trajectory names are free or held.
+bool drives_nothing(const Trajectory& trajectory);
+
+/// What is driven, in the spec language: "joints", "tool", "com" or "none".
+const char* drive_name(const Trajectory& trajectory);
+
 /// Number of remaining quantities that the trajectory names, in addition to the tool or the centre of mass.
 int count_remaining_quantities(const Trajectory& trajectory);
 

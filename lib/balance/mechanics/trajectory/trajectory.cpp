@@ -1,5 +1,7 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
+
 #include <cstdio>
 #include <stdexcept>
 
@@ -82,7 +84,8 @@ const char* name_of(MotionLawKind kind) {
 const char* law_name(const Trajectory& trajectory) {
   const bool is_table_timed =
       std::holds_alternative<TablePath>(trajectory.path) && !is_mechanism_dependent(trajectory.law.kind);
-  return is_table_timed ? "table" : name_of(trajectory.law.kind);
+  if (is_table_timed) return "table";
+  return drives_nothing(trajectory) ? "free" : name_of(trajectory.law.kind);
 }
 
 const char* name_of(DriveKind kind) {

@@ -4,7 +4,10 @@
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/mechanics/model/couplings.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/motion/control/controller_error.hpp"
 #include "balance/motion/control/default_gains.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -169,9 +172,9 @@ MotionOutcome make_actuation_failure(double time) {
           {}};
 }
 
-void check_size(const VectorX& values, Eigen::Index size, const char* what) {
+void check_size(const VectorX& values, Eigen::Index size, const char* key) {
   if (values.size() != 0 && values.size() != size)
-    throw std::invalid_argument(std::string("a controller needs one ") + what + " per actuator or speed");
+    throw ControllerError(key, fmt::format("a controller needs one {} per actuator or speed", key));
 }
 
 }  // namespace
@@ -202,10 +205,10 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model.coordinates.size() != truth.coordinates.size() || model.actuators != truth.actuators)
-    throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
+    throw ControllerError("model", "a controller's model must have the coordinates and actuators of the mechanism");
   if (!controller.speeds.empty()) {
     if (const std::string reason = study::why_no_speeds(controller.type); !reason.empty())
-      throw std::invalid_argument(reason);
+      throw ControllerError("speeds", reason);
     task_.emplace(model, controller.speeds);
   }
   const Eigen::Index controlled = task_ ? task_->size() : actuators;
@@ -213,8 +216,8 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller, con
   check_size(controller.kd, controlled, "kd");
   check_size(controller.lambda, extended ? 1 : controlled, "lambda");
   check_size(controller.switching_gain, extended ? 1 : controlled, "k");
-  check_size(controller.boundary_layer, extended ? 1 : controlled, "boundary layer");
-  check_size(controller.torque_limit, actuators, "torque limit");
+  check_size(controller.boundary_layer, extended ? 1 : controlled, "boundary_layer");
+  check_size(controller.torque_limit, actuators, "torque_limit");
   efforts_.setZero(actuators);
   saturation_.setZero(actuators);
   if (controller.type == ControllerType::open_loop && !controller.efforts.time.empty())

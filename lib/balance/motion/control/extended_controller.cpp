@@ -2,9 +2,10 @@
 
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/trajectory/adaptation.hpp"
+#include "balance/motion/control/controller_error.hpp"
 
+#include <algorithm>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
 namespace balance::control {
@@ -21,23 +22,37 @@ void extend_by_largest(VectorX& gains, Eigen::Index count) {
   if (gains.size() > 0) extend(gains, count, numerics::max_coefficient(gains));
 }
 
-[[noreturn]] void refuse(const std::string& what, const std::string& hint) {
-  throw std::invalid_argument(what +
-                              " of a controller says nothing of counterweights that move with the payload: " + hint);
+[[noreturn]] void refuse(const std::string& key, const std::string& what, const std::string& hint) {
+  throw ControllerError(key,
+                        what + " of a controller says nothing of counterweights that move with the payload: " + hint);
 }
 
 /// Refuses numbers whose unit is that of an actuator.
 void check_gains(const Controller& controller) {
   using enum study::ControllerType;
   const std::string hint = "leave it out, so that all gains follow from the motion";
-  if (!controller.speeds.empty()) refuse("'speeds'", "leave it out");
-  if (controller.type == pd && controller.kp.size() > 0) refuse("'kp'", hint);
-  if (controller.type == pd && controller.kd.size() > 0) refuse("'kd'", hint);
-  if (controller.type == sliding_mode && controller.switching_gain.size() > 0) refuse("'k'", hint);
+  if (!controller.speeds.empty()) refuse("speeds", "'speeds'", "leave it out");
+  if (controller.type == pd && controller.kp.size() > 0) refuse("kp", "'kp'", hint);
+  if (controller.type == pd && controller.kd.size() > 0) refuse("kd", "'kd'", hint);
+  if (controller.type == sliding_mode && controller.switching_gain.size() > 0) refuse("k", "'k'", hint);
   if (controller.type == sliding_mode && controller.boundary_layer.size() > 0)
-    refuse("'boundary_layer'", "use 'extended-sliding-mode', whose layer is for all coordinates");
+    refuse("switching", "'boundary_layer'", "use 'extended-sliding-mode', whose layer is for all coordinates");
   if (controller.type == open_loop && !controller.efforts.time.empty())
-    refuse("the efforts", "leave them out, and the model's efforts along the desired motion act");
+    refuse("", "the efforts", "leave them out, and the model's efforts along the desired motion act");
+}
+
+/// The trajectory with the places that its counterweights have among the model's elements, some of which may be missing.
+Trajectory find_adaptations(const Mechanism& model, const Mechanism& mechanism, Trajectory trajectory) {
+  for (trajectory::Adaptation& adaptation : trajectory.adaptations) {
+    const std::string& name = mechanism.attachments[static_cast<std::size_t>(adaptation.attachment)].name;
+    const auto found = std::find_if(model.attachments.begin(), model.attachments.end(),
+                                    [&](const Attachment& one) { return one.name == name; });
+    if (found == model.attachments.end())
+      throw ControllerError("model.without", "the model of a controller needs counterweight '" + name +
+                                                 "', whose motor it drives: let it keep this counterweight");
+    adaptation.attachment = static_cast<int>(found - model.attachments.begin());
+  }
+  return trajectory;
 }
 
 }  // namespace
@@ -54,11 +69,10 @@ Controller extend_controller(Controller controller, const Mechanism& mechanism, 
   extend(controller.measurement.position_step, count, 0);
   extend(controller.measurement.position_noise, count, 0);
   extend(controller.measurement.velocity_noise, count, 0);
-  if (controller.model) {
-    if (controller.model->attachments.size() != mechanism.attachments.size())
-      refuse("the model", "let it keep these counterweights");
-    controller.model = trajectory::model_adaptations(*controller.model, trajectory).mechanism;
-  }
+  if (controller.model)
+    controller.model =
+        trajectory::model_adaptations(*controller.model, find_adaptations(*controller.model, mechanism, trajectory))
+            .mechanism;
   return controller;
 }
 

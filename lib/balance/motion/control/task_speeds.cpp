@@ -2,11 +2,11 @@
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/mechanics/model/speed_units.hpp"
+#include "balance/motion/control/controller_error.hpp"
 #include "balance/motion/study/controller_spec.hpp"
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
 namespace balance::control {
@@ -47,7 +47,8 @@ TaskSpeeds::TaskSpeeds(const Mechanism& mechanism, std::vector<model::Generalise
     : mechanism_(&mechanism), speeds_(std::move(speeds)) {
   for (const model::GeneralisedSpeed& speed : speeds_)
     if (const std::string reason = study::why_not_a_rate(speed, mechanism.space); !reason.empty())
-      throw std::invalid_argument("the controller's speed " + speed.name + " is not the rate of a quantity: " + reason);
+      throw ControllerError("speeds." + speed.name,
+                            "the controller's speed " + speed.name + " is not the rate of a quantity: " + reason);
 }
 
 Vector3 TaskSpeeds::point_of(const model::GeneralisedSpeedTerm& term, const std::vector<BodyMotion>& motions,

@@ -6,10 +6,14 @@
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/motion/simulation/partly_driven_mechanism.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <unsupported/Eigen/MatrixFunctions>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -41,7 +45,13 @@ constexpr double newton_tolerance = 1e-12, accepted_newton_tolerance = 1e-9;  //
 constexpr double fast_convergence = 0.01;                                     // ratio of steps with the same matrix
 constexpr double difference_step = 1e-5;                                      // in units of the state
 constexpr double min_newton_pivot =
-    1e-8;  // of a system for a start, in its units: below this it has no unique solution
+    1e-8;                               // of a system for a start, in its units: below this it has no unique solution
+constexpr int gradient_iterations = 8;  // after these the matrix of a periodic motion is found by further runs
+constexpr double max_growth = 1e7;      // of deviations in a period of which the start can still be sought
+constexpr double multiplier_tolerance =
+    1e-4;                                  // of a period's largest multiplier: of a rigid motion, the root of round-off
+constexpr double min_family_entry = 1e-3;  // of a direction in which nothing determines the start
+constexpr double driven_tolerance = 1e-9;  // of what is driven at both ends, in units and units per duration
 constexpr double max_plausible_step = 1e3;      // in units of the state: behind it nothing can be evaluated
 constexpr double max_newton_step = 0.5;         // in units of the state: an equilibrium is approached in such steps
 constexpr double periodicity_tolerance = 1e-7;  // of accelerations at both ends
@@ -65,6 +75,7 @@ class FreeMotionSolver {
 
   SolvedFreeMotion solve() {
     if (is_failed()) return std::move(solved_);
+    for (Eigen::Index k = 0; k < count_; ++k) is_cyclic_.push_back(is_cyclic(system_.free_motion().free[k]));
     VectorX position = system_.free_start(), rate = system_.free_rate() * duration_;
     if (free_.start == FreeStart::equilibrium && !find_equilibrium(position)) return std::move(solved_);
     if (free_.start == FreeStart::periodic ? !find_periodic_motion(position, rate) : !integrate_from(position, rate))
@@ -260,86 +271,218 @@ class FreeMotionSolver {
 
   // The start.
 
-  /// Newton's method with finite differences in units of the state.
-  /// @param residual from the state to as many entries in units; false if it cannot be evaluated
-  /// @param max_step of any entry, in units
+  /// What the start of a motion has to fulfil.
+  struct StartProblem {
+    VectorX units;     ///< of the state
+    double max_step;   ///< of any entry of the state, in units
+    std::string what;  ///< "equilibrium"
+    /// From the state to as many entries in units; false if it cannot be evaluated.
+    std::function<bool(const VectorX& state, VectorX& value)> residual;
+    /// Its derivative, in units, at the state evaluated last; empty: by differences.
+    std::function<bool(MatrixX& jacobian)> derivative;
+  };
+
+  bool find_difference_quotients(const StartProblem& problem, const VectorX& state, const VectorX& value,
+                                 MatrixX& jacobian) {
+    VectorX shifted_value(state.size());
+    for (Eigen::Index k = 0; k < state.size(); ++k) {
+      VectorX shifted = state;
+      shifted[k] += difference_step * problem.units[k];
+      if (!problem.residual(shifted, shifted_value)) return false;
+      jacobian.col(k) = (shifted_value - value) / difference_step;
+    }
+    return true;
+  }
+
+  /// Newton's method in units of the state; where nothing determines some of it, with the shortest steps.
   /// @return the outcome is set if false
-  template <class Residual>
-  bool solve_start(VectorX& state, const VectorX& units, double max_step, const Residual& residual,
-                   const std::string& what) {
+  bool solve_start(VectorX& state, const StartProblem& problem) {
     const Eigen::Index n = state.size();
-    VectorX value(n), shifted_value(n);
+    const std::string no_such = "no " + problem.what + " found";
+    VectorX value(n);
+    MatrixX jacobian(n, n);
     double last_step_size = INFINITY;
     bool is_slow = true;  // the matrix is kept while the steps become much shorter
-    Eigen::FullPivLU<MatrixX> solver;
+    numerics::CompleteOrthogonalDecomposition solver;
+    solver.setThreshold(min_newton_pivot);
     for (int iteration = 0; iteration < max_newton_iterations; ++iteration) {
-      if (!residual(state, value)) {
+      if (!problem.residual(state, value)) {
         if (std::isfinite(last_step_size) && last_step_size > max_plausible_step)
           return fail(MotionStatus::unreachable, 0,
-                      what + " found: the search leads out of all bounds, as at a resonance without damping");
+                      no_such + ": the search leads out of all bounds, as at a resonance without damping");
         return fail_where_stopped();
       }
       if (is_slow) {
-        MatrixX jacobian(n, n);
-        for (Eigen::Index k = 0; k < n; ++k) {
-          VectorX shifted = state;
-          shifted[k] += difference_step * units[k];
-          if (!residual(shifted, shifted_value)) return fail_where_stopped();
-          jacobian.col(k) = (shifted_value - value) / difference_step;
+        const bool is_found = problem.derivative && iteration < gradient_iterations
+                                  ? problem.derivative(jacobian)
+                                  : find_difference_quotients(problem, state, value, jacobian);
+        if (!is_found) return fail_where_stopped();
+        if (const double growth = numerics::max_abs(jacobian); problem.derivative && !(growth < max_growth)) {
+          char text[80];
+          std::snprintf(text, sizeof text, ": deviations grow by a factor of %.2g within a period", growth);
+          return fail(MotionStatus::unreachable, 0, no_such + text + ", too much for the search");
         }
-        solver.setThreshold(min_newton_pivot).compute(jacobian);
-        if (!solver.isInvertible())
-          return fail(MotionStatus::unreachable, 0, what + " found: nothing determines the free coordinates");
+        solver.compute(jacobian);
       }
       VectorX step = solver.solve(value);
       const double step_size = numerics::max_abs(step);
       is_slow = step_size > fast_convergence * last_step_size;
-      if (step_size > max_step) step *= max_step / step_size;
-      state -= step.cwiseProduct(units);
-      if (step_size <= newton_tolerance || (step_size <= accepted_newton_tolerance && step_size >= last_step_size / 2))
-        return true;
+      const bool is_final =
+          step_size <= newton_tolerance || (step_size <= accepted_newton_tolerance && step_size >= last_step_size / 2);
+      if (solver.rank() < n && is_final) {
+        family_ = name_undetermined(jacobian);
+        // what is left cannot be removed
+        if (numerics::max_abs(VectorX(value - jacobian * step)) > accepted_newton_tolerance)
+          return fail(MotionStatus::unreachable, 0, no_such + ": nothing determines " + family_);
+      }
+      if (step_size > problem.max_step) step *= problem.max_step / step_size;
+      state -= step.cwiseProduct(problem.units);
+      if (is_final) return true;
       last_step_size = step_size;
     }
-    return fail(MotionStatus::unreachable, 0, what + " found; a start nearer to it (initial) may help");
+    return fail(MotionStatus::unreachable, 0, no_such + "; a start nearer to it (initial) may help");
+  }
+
+  /// Free coordinates of which changes of themselves or of their rates leave a residual as it is.
+  std::string name_undetermined(const MatrixX& jacobian) const {
+    const numerics::SingularValueDecomposition decomposition(jacobian, Eigen::ComputeFullV);
+    const VectorX& values = decomposition.singularValues();
+    std::string names;
+    for (Eigen::Index k = 0; k < count_; ++k) {
+      bool is_open = false;
+      for (Eigen::Index j = 0; j < values.size(); ++j)
+        for (Eigen::Index row = k; row < jacobian.rows(); row += count_)
+          is_open = is_open || (values[j] <= min_newton_pivot * values[0] &&
+                                std::abs(decomposition.matrixV()(row, j)) > min_family_entry);
+      if (is_open) names += (names.empty() ? "" : ", ") + system_.coordinate(k).name;
+    }
+    return names;
   }
 
   bool find_equilibrium(VectorX& position) {
     const VectorX rest = VectorX::Zero(count_);
-    return solve_start(
-        position, unit_, max_newton_step,
-        [&](const VectorX& state, VectorX& value) {
-          VectorX acceleration;
-          if (!find_accelerations(0, Side::after, state, rest, acceleration, Driving::at_rest)) return false;
-          value = acceleration.cwiseQuotient(unit_);
-          start_guess_ = system_.guess();
-          return true;
-        },
-        "no equilibrium");
+    const auto residual = [&](const VectorX& state, VectorX& value) {
+      VectorX acceleration;
+      if (!find_accelerations(0, Side::after, state, rest, acceleration, Driving::at_rest)) return false;
+      value = acceleration.cwiseQuotient(unit_);
+      start_guess_ = system_.guess();
+      return true;
+    };
+    return solve_start(position, {unit_, max_newton_step, "equilibrium", residual, {}});
+  }
+
+  /// Whether whole turns of an angle change nothing: not where something rolls away.
+  bool is_cyclic(CoordinateId id) const {
+    const Coordinate& coordinate = system_.mechanism().coordinates[id];
+    return coordinate.kind == CoordinateKind::angle && !is_rolling(system_.mechanism().joints[coordinate.joint].type);
+  }
+
+  /// The first prescribed coordinate that is not at the end as it is at the start; empty: all of them are.
+  std::string find_driven_deviation() const {
+    trajectory::DriveSample start, end;
+    system_.driven_motion().at(0, Side::after, start);
+    system_.driven_motion().at(duration_, Side::before, end);
+    const double length = characteristic_length(system_.mechanism());
+    for (std::size_t k = 0; k < system_.driven_coordinates().size(); ++k) {
+      const CoordinateId id = system_.driven_coordinates()[k];
+      const auto i = static_cast<Eigen::Index>(k);
+      const Coordinate& coordinate = system_.mechanism().coordinates[id];
+      double change = end.value[i] - start.value[i];
+      if (is_cyclic(id)) change = std::remainder(change, 2 * std::numbers::pi);
+      const double unit = coordinate.kind == CoordinateKind::length ? length : 1,
+                   rate_change = (end.rate[i] - start.rate[i]) * duration_,
+                   size = std::max(unit, std::abs(end.rate[i]) * duration_);
+      if (std::abs(change) > driven_tolerance * size || std::abs(rate_change) > driven_tolerance * size)
+        return coordinate.name;
+    }
+    return "";
+  }
+
+  /// ∂x(1)/∂x(0) of the motion found last, for x = (f, f′) in units: on every panel the exponential of Magnus' series of
+  /// the fourth order, exact where the equations are linear with constant coefficients.
+  bool find_monodromy(MatrixX& monodromy) {
+    const Eigen::Index n = count_;
+    monodromy.setIdentity(2 * n, 2 * n);
+    system_.restart_near(start_guess_);
+    for (const SolutionPanel& panel : panels_) {
+      const double begin = panel.value.begin, length = panel.value.end - begin, offset = std::sqrt(3.0) / 6;
+      MatrixX first, second;
+      if (!find_state_matrix(panel, begin + (0.5 - offset) * length, first) ||
+          !find_state_matrix(panel, begin + (0.5 + offset) * length, second))
+        return false;
+      const MatrixX exponent =
+          length / 2 * (first + second) + length * length * offset / 2 * (second * first - first * second);
+      monodromy = MatrixX(exponent.exp()) * monodromy;
+    }
+    return monodromy.allFinite() || stop(0, "it grows beyond all bounds");
+  }
+
+  /// x′ = A x for small deviations, in units.
+  bool find_state_matrix(const SolutionPanel& panel, double s, MatrixX& matrix) {
+    const Eigen::Index n = count_;
+    VectorX position(n), rate(n), base, shifted;
+    PiecewiseChebyshevSeries({panel.value}).evaluate(0, s, position.data());
+    PiecewiseChebyshevSeries({panel.rate}).evaluate(0, s, rate.data());
+    if (!find_accelerations(s, Side::after, position, rate, base)) return false;
+    const VectorX guess = system_.guess();
+    matrix.setZero(2 * n, 2 * n);
+    matrix.topRightCorner(n, n).setIdentity();
+    for (Eigen::Index k = 0; k < 2 * n; ++k) {
+      VectorX& moved = k < n ? position : rate;
+      const double value = moved[k % n], change = difference_step * unit_[k % n];
+      moved[k % n] += change;
+      system_.set_guess(guess);
+      if (!find_accelerations(s, Side::after, position, rate, shifted)) return false;
+      matrix.col(k).tail(n) = (shifted - base).cwiseQuotient(unit_) / difference_step;
+      moved[k % n] = value;
+    }
+    system_.set_guess(guess);
+    return true;
   }
 
   bool find_periodic_motion(VectorX& position, VectorX& rate) {
     VectorX state(2 * count_), units(2 * count_);
     state << position, rate;
     units << unit_, unit_;
-    const bool is_found = solve_start(
-        state, units, INFINITY,
-        [&](const VectorX& start, VectorX& value) {
-          if (!integrate_from(start.head(count_), start.tail(count_))) return false;
-          value << value_ - start.head(count_), rate_ - start.tail(count_);
-          for (Eigen::Index k = 0; k < count_; ++k)
-            if (system_.coordinate(k).kind == CoordinateKind::angle)
-              value[k] = std::remainder(value[k], 2 * std::numbers::pi);
-          value = value.cwiseQuotient(units);
-          return true;
-        },
-        "no periodic motion");
-    if (!is_found) return false;
+    const auto residual = [&](const VectorX& start, VectorX& value) {
+      if (!integrate_from(start.head(count_), start.tail(count_))) return false;
+      value << value_ - start.head(count_), rate_ - start.tail(count_);
+      for (Eigen::Index k = 0; k < count_; ++k)
+        if (is_cyclic_[static_cast<std::size_t>(k)]) value[k] = std::remainder(value[k], 2 * std::numbers::pi);
+      value = value.cwiseQuotient(units);
+      return true;
+    };
+    const auto derivative = [&](MatrixX& jacobian) {
+      if (!find_monodromy(jacobian)) return false;
+      jacobian.diagonal().array() -= 1;
+      return true;
+    };
+    if (!solve_start(state, {units, INFINITY, "periodic motion", residual, derivative})) return false;
     position = state.head(count_), rate = state.tail(count_);
     if (!integrate_from(position, rate)) return false;
     if (relative_size((acceleration_ - start_acceleration_).transpose(), start_acceleration_.transpose(),
-                      end_round_off_factor) > periodicity_tolerance)
+                      end_round_off_factor) > periodicity_tolerance) {
+      const std::string deviating = find_driven_deviation();
       return fail(MotionStatus::unreachable, 0,
-                  "no periodic motion found: what is driven, or a load, is not at the end as it is at the start");
+                  "no periodic motion found: " + (deviating.empty() ? "a load" : deviating + ", which is driven,") +
+                      " is not at the end as it is at the start");
+    }
+    return find_stability();
+  }
+
+  /// Floquet: by what deviations from the periodic motion found last are multiplied in every period.
+  bool find_stability() {
+    MatrixX monodromy;
+    if (!find_monodromy(monodromy)) return fail_where_stopped();
+    const VectorX multipliers = Eigen::EigenSolver<MatrixX>(monodromy, false).eigenvalues().cwiseAbs();
+    const double largest = numerics::max_coefficient(multipliers);
+    char text[160];
+    std::snprintf(text, sizeof text, "deviations from it are multiplied by %s%.4g in every period",
+                  largest < 1 ? "at most " : "up to ", largest);
+    stability_ =
+        std::abs(largest - 1) <= multiplier_tolerance
+            ? "the periodic motion is neither stable nor unstable to first order: deviations stay"
+            : std::string(largest < 1 ? "the periodic motion is stable: " : "the periodic motion is unstable: ") + text;
     return true;
   }
 
@@ -367,6 +510,11 @@ class FreeMotionSolver {
       solved_.mechanism.assembly.push_back({static_cast<int>(c), start_guess_[c]});
     solved_.outcome = {MotionStatus::done, duration_, "", {}};
     if (!system_.note().empty()) solved_.outcome.notes.push_back(system_.note());
+    if (!stability_.empty()) solved_.outcome.notes.push_back(stability_);
+    if (!family_.empty())
+      solved_.outcome.notes.push_back(
+          std::string(free_.start == FreeStart::equilibrium ? "the equilibrium" : "the periodic motion") +
+          " is one of many, because nothing determines " + family_ + ": the one nearest to the stated start was taken");
   }
 
   PartlyDrivenMechanism system_;
@@ -375,7 +523,10 @@ class FreeMotionSolver {
   Eigen::Index count_;
   const VectorX& unit_;  ///< per free coordinate: the characteristic length or 1
   SolvedFreeMotion solved_;
-  VectorX start_guess_;  ///< per coordinate of the mechanism, at the start
+  VectorX start_guess_;          ///< per coordinate of the mechanism, at the start
+  std::string stability_;        ///< of a periodic motion, as a note; empty: not found
+  std::vector<bool> is_cyclic_;  ///< per free coordinate
+  std::string family_;           ///< free coordinates that the start leaves open
 
   std::vector<SolutionPanel> panels_;
   double last_length_ = 1;  ///< of a panel

@@ -1,5 +1,6 @@
 #include "balance/motion/simulation/partly_driven_mechanism.hpp"
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"
@@ -17,6 +18,7 @@ using trajectory::Side;
 namespace {
 
 constexpr double min_rank_pivot = 1e-8;  // of the rates of coordinates: below this they depend on each other
+constexpr double reliable_pivot = 1e-8;  // of the largest: above this partial pivoting is as good as complete
 
 bool contains(const std::vector<CoordinateId>& list, CoordinateId coordinate) {
   return std::find(list.begin(), list.end(), coordinate) != list.end();
@@ -51,8 +53,6 @@ void require_supported(const Mechanism& mechanism, const Trajectory& trajectory,
   };
   if (!trajectory.free_motion) throw std::invalid_argument("the trajectory has no free coordinates");
   if (trajectory.drive != DriveKind::joints) refuse("its drive is not 'joints'");
-  for (const CoordinateId coordinate : trajectory.free_motion->free)
-    if (contains(mechanism.actuators, coordinate)) refuse(list_names(mechanism, {coordinate}) + " has an actuator");
   if (is_mechanism_dependent(trajectory)) refuse("its law is found for the mechanism");
   if (rate_constraints == RateConstraints::refused && has_velocity_constraints(mechanism))
     refuse("the mechanism has constraints on speeds");
@@ -74,7 +74,7 @@ PartlyDrivenMechanism::PartlyDrivenMechanism(const Mechanism& mechanism, const T
       mechanism_(mechanism),
       trajectory_(hold_undriven_coordinates(trajectory)),
       duration_(find_trajectory_duration(trajectory)) {
-  if (compile() && check_friction() && choose_actuators()) begin();
+  if (compile() && check_friction() && release_actuators() && choose_actuators()) begin();
 }
 
 PartlyDrivenMechanism::PartlyDrivenMechanism(const Mechanism& mechanism, const Trajectory* trajectory, AllFree)
@@ -138,7 +138,9 @@ bool PartlyDrivenMechanism::compile() {
     const std::vector<double> start = compute_coordinates(mechanism_, compiled.tree, compiled.plan.start);
     start_ = Eigen::Map<const VectorX>(start.data(), static_cast<Eigen::Index>(start.size()));
   });
-  if (outcome_.status == MotionStatus::mismatch) name_undriven_coordinates();
+  if (outcome_.status == MotionStatus::mismatch)
+    if (const std::string reason = explain_undriven_coordinates(mechanism_, trajectory_); !reason.empty())
+      outcome_.reason = reason;
   return outcome_.status == MotionStatus::done;
 }
 
@@ -156,20 +158,17 @@ VectorX PartlyDrivenMechanism::free_rate() const {
   return rate;
 }
 
-/// Says which coordinates the trajectory has forgotten, if there are any.
-void PartlyDrivenMechanism::name_undriven_coordinates() {
+std::string explain_undriven_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
   dynamics::ForwardOptions options;
-  VectorX position = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
-  for (const CoordinateValue& value : mechanism_.assembly) position[value.coordinate] = value.value;
-  for (const CoordinateValue& value : trajectory_.from.joints) {
+  VectorX position = VectorX::Zero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
+  for (const CoordinateValue& value : mechanism.assembly) position[value.coordinate] = value.value;
+  for (const CoordinateValue& value : trajectory.from.joints) {
     position[value.coordinate] = value.value;
     options.preferred.push_back(value.coordinate);
   }
-  dynamics::ForwardDynamics dynamics(mechanism_, options);
-  if (dynamics.set_state(0, position, VectorX::Zero(position.size())).status != MotionStatus::done) return;
-  // coordinates in the order of the spec that determine what the listed ones leave open
+  dynamics::ForwardDynamics dynamics(mechanism, options);
+  if (dynamics.set_state(0, position, VectorX::Zero(position.size())).status != MotionStatus::done) return "";
   const MatrixX rates = dynamics.transformation().matrix;
-  std::vector<CoordinateId> chosen = options.preferred, missing;
   const auto rank_of = [&](const std::vector<CoordinateId>& coordinates) {
     MatrixX rows(static_cast<Eigen::Index>(coordinates.size()), rates.cols());
     for (std::size_t k = 0; k < coordinates.size(); ++k)
@@ -178,18 +177,24 @@ void PartlyDrivenMechanism::name_undriven_coordinates() {
     solver.setThreshold(min_rank_pivot);
     return solver.rank();
   };
-  Eigen::Index rank = rank_of(chosen);
-  for (std::size_t c = 0; c < mechanism_.coordinates.size() && rank < rates.cols(); ++c) {
-    chosen.push_back(static_cast<int>(c));
-    if (rank_of(chosen) > rank) {
-      missing.push_back(static_cast<int>(c));
-      ++rank;
-    } else {
-      chosen.pop_back();
-    }
-  }
-  if (!missing.empty())
-    outcome_.reason = "coordinates are neither driven, held nor free: " + list_names(mechanism_, missing);
+  // the first coordinates that determine the others: the trajectory's, then what they leave open in the spec's order
+  std::vector<CoordinateId> chosen, dependent, missing;
+  const auto is_needed = [&](CoordinateId coordinate) {
+    chosen.push_back(coordinate);
+    if (rank_of(chosen) == static_cast<Eigen::Index>(chosen.size())) return true;
+    chosen.pop_back();
+    return false;
+  };
+  for (const CoordinateId listed : options.preferred)
+    if (!is_needed(listed)) dependent.push_back(listed);
+  if (!dependent.empty())
+    return list_names(mechanism, dependent) + " cannot be chosen independently of " + list_names(mechanism, chosen) +
+           ": driven, held and free coordinates together are as many as the degrees of freedom, " +
+           std::to_string(rates.cols());
+  for (std::size_t c = 0; c < mechanism.coordinates.size() && std::ssize(chosen) < rates.cols(); ++c)
+    if (is_needed(static_cast<int>(c))) missing.push_back(static_cast<int>(c));
+  if (missing.empty()) return "";
+  return "coordinates are neither driven, held nor free: " + list_names(mechanism, missing);
 }
 
 /// Joints that are not prescribed might stick.
@@ -202,6 +207,17 @@ bool PartlyDrivenMechanism::check_friction() {
                   "the dry friction of " + list_names(mechanism_, {friction.coordinate}) +
                       ", which is not driven, might make it stick: free coordinates go with dry friction of driven "
                       "and held ones only ('control' has joints that stick)");
+  return true;
+}
+
+/// Actuators of free coordinates exert nothing.
+bool PartlyDrivenMechanism::release_actuators() {
+  std::vector<CoordinateId> released;
+  for (const CoordinateId actuated : mechanism_.actuators)
+    if (contains(free_.free, actuated)) released.push_back(actuated);
+  if (released.empty()) return true;
+  std::erase_if(mechanism_.actuators, [&](CoordinateId actuated) { return contains(released, actuated); });
+  note_ = "free, so that its actuator exerts nothing: " + list_names(mechanism_, released);
   return true;
 }
 
@@ -223,7 +239,10 @@ bool PartlyDrivenMechanism::choose_actuators() {
       added.push_back(candidate);
     }
   mechanism_.torque_distribution.reset();
-  if (!added.empty()) note_ = "without an actuator, driven or held by a guide: " + list_names(mechanism_, added);
+  if (!added.empty()) {
+    note_ += note_.empty() ? "" : "; ";
+    note_ += "without an actuator, driven or held by a guide: " + list_names(mechanism_, added);
+  }
   return true;
 }
 
@@ -300,10 +319,10 @@ bool PartlyDrivenMechanism::check_independent(double time) {
 }
 
 MatrixX PartlyDrivenMechanism::free_mass_columns(const MatrixX& mass) const {
+  const std::vector<CoordinateId>& independent = dynamics_->independent();
   MatrixX columns(mass.rows(), count());
-  for (Eigen::Index j = 0; j < mass.cols(); ++j)
-    for (Eigen::Index k = 0; k < count(); ++k)
-      if (free_.free[k] == dynamics_->independent()[static_cast<std::size_t>(j)]) columns.col(k) = mass.col(j);
+  for (Eigen::Index k = 0; k < count(); ++k)
+    columns.col(k) = mass.col(std::find(independent.begin(), independent.end(), free_.free[k]) - independent.begin());
   return columns;
 }
 
@@ -316,10 +335,16 @@ bool PartlyDrivenMechanism::find_accelerations(VectorX& acceleration) {
   MatrixX matrix(size, size);
   matrix.leftCols(count()) = free_mass_columns(equation.mass);
   matrix.rightCols(size - count()) = -equation.input;
-  const Eigen::FullPivLU<MatrixX> solver(matrix);
-  if (!solver.isInvertible())
-    return stop(time_, "the actuators do not hold the prescribed coordinates, whatever the free ones do");
-  acceleration = solver.solve(known).head(count());
+  const Eigen::PartialPivLU<MatrixX> solver(matrix);
+  const VectorX pivots = solver.matrixLU().diagonal().cwiseAbs();
+  if (numerics::min_coefficient(pivots) > reliable_pivot * numerics::max_coefficient(pivots)) {
+    acceleration = solver.solve(known).head(count());
+  } else {
+    const Eigen::FullPivLU<MatrixX> careful(matrix);
+    if (!careful.isInvertible())
+      return stop(time_, "the actuators do not hold the prescribed coordinates, whatever the free ones do");
+    acceleration = careful.solve(known).head(count());
+  }
   return acceleration.allFinite() || stop(time_, "its accelerations are not finite");
 }
 

@@ -93,8 +93,8 @@ class PartlyDrivenMechanism {
   bool compile();
   void begin();
   bool release();
-  void name_undriven_coordinates();
   bool check_friction();
+  bool release_actuators();
   bool choose_actuators();
   bool fail(MotionStatus status, const std::string& reason);
   void set_prescribed(double time, trajectory::Side side, Driving driving);
@@ -123,5 +123,10 @@ class PartlyDrivenMechanism {
   double stop_time_ = 0;
   std::string stop_reason_;
 };
+
+/// Why driven, held and free coordinates do not match the degrees of freedom: names those that the trajectory has
+/// forgotten, or that depend on the others. Empty if they match, or if the mechanism cannot be assembled.
+/// @param trajectory with drive joints; its start pose has values of all coordinates that it prescribes or leaves free
+std::string explain_undriven_coordinates(const Mechanism& mechanism, const Trajectory& trajectory);
 
 }  // namespace balance::simulation

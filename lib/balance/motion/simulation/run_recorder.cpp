@@ -7,6 +7,7 @@
 #include "balance/mechanics/trajectory/adaptation.hpp"
 #include "balance/mechanics/trajectory/time_grid.hpp"
 #include "balance/motion/simulation/free_motion.hpp"
+#include "balance/motion/simulation/partly_driven_mechanism.hpp"
 #include "balance/motion/simulation/payload_events.hpp"
 #include "balance/motion/time_optimal/resolve_trajectory.hpp"
 
@@ -40,7 +41,11 @@ std::string leave_out_free_coordinates(std::size_t free, RunResult& result,
                                        results::IntermediateSamples& intermediate_samples) {
   if (free == 0) return "";
   const auto columns = static_cast<Eigen::Index>(free);
-  const double largest_term = numerics::max_abs(result.term_magnitudes.effort);
+  // the other formulation knows the terms of the actuators that are kept, perhaps none; energies are efforts by radians
+  double largest_term = numerics::max_abs(result.term_magnitudes.effort);
+  for (const auto member : {&results::TermMagnitudes::moment, &results::TermMagnitudes::kinetic_energy,
+                            &results::TermMagnitudes::potential_energy})
+    largest_term = std::max(largest_term, numerics::max_abs(result.term_magnitudes.*member));
   const double largest_effort = numerics::max_abs(result.torque.rightCols(columns));
   const std::size_t kept = result.actuator_names.size() - free;
   truncate_actuators(kept, result);
@@ -168,6 +173,10 @@ RunResult run_resolved(const Mechanism& mechanism, const Trajectory& trajectory,
   const time_optimal::ResolvedTrajectory resolved = time_optimal::resolve_trajectory(mechanism, trajectory);
   if (resolved.outcome.status != MotionStatus::done) return without_samples(resolved.outcome);
   RunResult result = run(mechanism, resolved.trajectory);
+  if (result.outcome.status == MotionStatus::mismatch && trajectory.drive == DriveKind::joints &&
+      !std::holds_alternative<trajectory::TablePath>(trajectory.path))
+    if (const std::string reason = explain_undriven_coordinates(mechanism, trajectory); !reason.empty())
+      result.outcome.reason += "; " + reason;
   result.optimised_law = resolved.optimised_law;
   result.corridor_result = resolved.corridor;
   result.phase_plane.mvc_path_parameter = resolved.phase_plane.mvc_path_parameter;

@@ -32,7 +32,9 @@ constexpr int samples_per_harmonic = 8, min_samples = 128;  // of the reference'
 constexpr int coupled_orders = 12;                          // beyond those asked for, where the coefficients vary
 constexpr double direction_step = 0.02;  // of differences along the response, in units: quantities are smooth functions
 constexpr double round_off_share = 1e-13;
-constexpr double unexcited_share = 1e-11;  // of all harmonics of the force: smaller ones are round-off
+constexpr double shooting_accuracy = 1e-12;  // of an order: smaller differences are round-off
+constexpr double still_share = 1e-11;        // of a unit: ten times the accuracy of shooting
+constexpr double unexcited_share = 1e-11;    // of all harmonics of the force: smaller ones are round-off
 
 /// f_k = (1/N) Σ f_j e^{−2πi jk/N}, for k from 0 to `highest`; one row each.
 ComplexMatrix fourier_coefficients(const Samples& samples, int highest) {
@@ -278,6 +280,18 @@ const QuantityOrders* find_quantity(const std::vector<QuantityOrders>& list, con
   return match == list.end() ? nullptr : &*match;
 }
 
+/// Whether a free coordinate moves by no more than the accuracy of a start that is found by shooting. Such a motion need
+/// not repeat itself.
+bool is_still(const RunResult& run, const QuantityOrders& linear) {
+  for (std::size_t c = 0; c < run.coordinate_names.size(); ++c) {
+    if (linear.quantity != "joint_position[" + run.coordinate_names[c] + "]") continue;
+    const auto column = run.joint_position.col(static_cast<Eigen::Index>(c));
+    return numerics::max_coefficient(column) - numerics::min_coefficient(column) <=
+           still_share / round_off_share * linear.round_off;
+  }
+  return false;
+}
+
 void find_exact_response(const Mechanism& mechanism, Trajectory trajectory, int samples, const ResponseOptions& options,
                          ForcedResponse& response) {
   trajectory.free_motion->start = trajectory::FreeStart::periodic;
@@ -287,12 +301,18 @@ void find_exact_response(const Mechanism& mechanism, Trajectory trajectory, int 
     response.exact_outcome = run.outcome;
     if (run.outcome.status != MotionStatus::done) return;
     const results::OrderAnalysis analysis = results::analyse_orders(run, options.highest_order);
-    for (const QuantityOrders& linear : response.linear)
-      if (const QuantityOrders* exact = find_quantity(analysis.quantities, linear.quantity))
+    for (const QuantityOrders& linear : response.linear) {
+      if (is_still(run, linear)) {
+        QuantityOrders& still = response.exact.emplace_back(linear);
+        still.cosine.setZero(), still.sine.setZero();
+      } else if (const QuantityOrders* exact = find_quantity(analysis.quantities, linear.quantity)) {
         suppress_round_off(response.exact.emplace_back(*exact));
-    if (response.exact.size() == response.linear.size()) return;
-    response.exact.clear();
-    response.exact_outcome = {MotionStatus::unreachable, 0, "a quantity does not repeat", {}};
+      } else {
+        response.exact.clear();
+        response.exact_outcome = {MotionStatus::unreachable, 0, linear.quantity + " does not repeat", {}};
+        return;
+      }
+    }
   } catch (const std::invalid_argument& error) {
     response.exact.clear();
     response.exact_outcome = {MotionStatus::mismatch, 0, error.what(), {}};
@@ -313,7 +333,10 @@ double ForcedResponse::difference(Eigen::Index quantity, Eigen::Index order) con
                        &true_orders = exact[static_cast<std::size_t>(quantity)];
   double largest = 0;
   for (Eigen::Index k = 0; k < true_orders.cosine.rows(); ++k) largest = std::max(largest, true_orders.peak(k));
-  if (largest > 0) return std::abs(approximate.peak(order) - true_orders.peak(order)) / largest;
+  if (largest > 0) {
+    const double share = std::abs(approximate.peak(order) - true_orders.peak(order)) / largest;
+    return share > shooting_accuracy ? share : 0;
+  }
   return approximate.peak(order) > 0 ? std::numeric_limits<double>::quiet_NaN() : 0;
 }
 
@@ -406,9 +429,17 @@ ForcedResponse respond(const Mechanism& mechanism, const Trajectory& trajectory,
   }
   const ComplexMatrix linear_harmonics = fourier_coefficients(linear, harmonics),
                       held_harmonics = fourier_coefficients(held, harmonics);
+  // forces, and moments by the mechanism's length, whose terms may cancel
+  const double length = characteristic_length(system.mechanism());
+  double largest_force = 0;
+  for (const ResponseQuantities::Entry& entry : quantities.list())
+    largest_force = std::max(largest_force, numerics::max_abs(held.middleCols(entry.first, entry.count)) /
+                                                (entry.orders.unit == "N" ? 1 : length));
   for (ResponseQuantities::Entry& entry : quantities.list()) {
+    const double scale = largest_force * (entry.orders.unit == "N" ? 1 : length);
     entry.orders.round_off =
-        round_off_share * static_cast<double>(count) * numerics::max_abs(held.middleCols(entry.first, entry.count));
+        round_off_share *
+        std::max(scale, static_cast<double>(count) * numerics::max_abs(held.middleCols(entry.first, entry.count)));
     if (entry.orders.quantity == "ground_force") {
       response.excitation = entry.orders;
       fit.fit(held_harmonics.middleCols(entry.first, entry.count), response.excitation);

@@ -33,6 +33,7 @@ constexpr double max_newton_move = 0.5;    // in units: an equilibrium is approa
 constexpr double converged_force = 1e-13;  // of the force scale
 constexpr double accepted_force = 1e-9;    // of the force scale: where round-off keeps Newton's method from converging
 constexpr double singular_stiffness = 1e-8;      // smallest pivot of a stiffness that determines an equilibrium
+constexpr double min_family_entry = 1e-3;        // of a direction in which nothing determines the reference
 constexpr double constant_tolerance = 1e-8;      // of coefficients in units: smaller changes are round-off
 constexpr double steady_force_tolerance = 1e-8;  // of the force scale: a motion at constant rates is one
 constexpr double dependence_tolerance = 1e-9;    // of coefficients in units: smaller ones are round-off
@@ -352,6 +353,7 @@ class Linearisation {
       }
       force_scale_ =
           std::max({force_scale_, numerics::max_abs(force), numerics::max_abs(stiffness), find_inertia_scale()});
+      name_family(stiffness);
       if (numerics::max_abs(force) <= converged_force * force_scale_) return true;
       numerics::CompleteOrthogonalDecomposition solver;
       solver.setThreshold(singular_stiffness);
@@ -368,6 +370,27 @@ class Linearisation {
         MotionStatus::unreachable,
         "no equilibrium found: where the free coordinates are, something accelerates them; a start nearer to an "
         "equilibrium ('from', 'initial') may help");
+  }
+
+  /// Notes which coordinates could be anywhere: the reference is then one of many.
+  void name_family(const MatrixX& stiffness) {
+    result_.note = system_->note();
+    if (n_ == 0) return;
+    const numerics::SingularValueDecomposition decomposition(stiffness, Eigen::ComputeFullV);
+    const double smallest = singular_stiffness * decomposition.singularValues()[0];
+    std::string names;
+    for (Eigen::Index k = 0; k < n_; ++k)
+      for (Eigen::Index j = 0; j < n_; ++j)
+        if (decomposition.singularValues()[j] <= smallest &&
+            std::abs(decomposition.matrixV()(k, j)) > min_family_entry) {
+          names += (names.empty() ? "" : ", ") + system_->coordinate(k).name;
+          break;
+        }
+    if (names.empty()) return;
+    result_.note += result_.note.empty() ? "" : "; ";
+    result_.note += std::string(result_.reference == Reference::steady ? "the steady motion" : "the equilibrium") +
+                    " is one of many, because nothing determines " + names +
+                    ": the one nearest to the stated start was taken";
   }
 
   // Coefficients.

@@ -51,7 +51,7 @@ struct LinearMotion {
   double period = 0;  ///< of the driven motion [s]
   /// Coefficients at evenly spaced times of a period, the first one at its start; empty: they are constant.
   std::vector<LinearCoefficients> samples;
-  std::string note;  ///< prescribed coordinates without an actuator; empty: none
+  std::string note;  ///< on actuators, and on a reference that is one of many; empty: nothing
 };
 
 /// Along a trajectory with free coordinates: about the steady motion if the driven joints go on at constant rates, else

@@ -218,6 +218,7 @@ std::string condition_latex(const Conditions& conditions, int row, const Conditi
 }
 
 std::string conditions_latex(const Conditions& conditions, const ConditionNames& names) {
+  if (conditions.matrix.rows() == 0) return "% no conditions\n";
   std::string text = "\\begin{align*}\n";
   for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
     text += row == 0 ? "  & " : " \\\\\n  & ";

@@ -3,6 +3,7 @@
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/mechanics/model/validation.hpp"
+#include "balance/synthesis/conditions/condition_notes.hpp"
 #include "balance/synthesis/conditions/goal_rows.hpp"
 #include "balance/synthesis/conditions/row_reduction.hpp"
 
@@ -174,8 +175,7 @@ class ConditionDerivation {
       for (const std::string& name : options_.excluded) names += (names.empty() ? "" : ", ") + name;
       out_.notes.push_back("left out: " + names);
     }
-    if (has_effort_goal && mechanism_.gravity.norm() == 0)
-      out_.notes.push_back("there is no gravity in this spec: weight imposes no condition");
+    if (has_effort_goal && mechanism_.gravity.norm() == 0) out_.notes.emplace_back(no_gravity_note);
     for (const dynamics::Parameter& p : out_.parameters)
       if (has_effort_goal && p.kind == dynamics::ParameterKind::stiffness_moment &&
           !mechanism_.springs[static_cast<std::size_t>(p.index)].is_joint_spring()) {

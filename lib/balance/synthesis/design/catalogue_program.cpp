@@ -8,7 +8,10 @@
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/recorder.hpp"
 #include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/design/box_form.hpp"
+#include "balance/synthesis/design/box_least_squares.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"
+#include "balance/synthesis/design/length_ratio_bound.hpp"
 #include "balance/synthesis/design/required_motions.hpp"
 #include "balance/synthesis/design/trajectory_cost.hpp"
 
@@ -31,130 +34,18 @@ namespace balance::design {
 // norm of the time average, ‖y‖ ≥ min ‖y(middle) + G δ‖ − ‖e‖; limits on lengths are linearised in the same way and
 // enter with their multipliers. A peak is at least the weighted norm for any weights with sum one; weights that grow
 // with the residuals (Lawson 1961) lead to the largest of these bounds.
+//
+// Where places are free, many of them balance a weight almost completely, and e would have to be small compared with what
+// is left. There the bounds of length_ratio_bound are used first; they also narrow the box.
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Free numbers that change springs, and rows' numbers, that a program may have.
-constexpr int max_places = 8;
 /// Relative difference below which two numbers of mechanisms count as equal.
 constexpr double equal_number_tolerance = 1e-10;
 /// Limits on lengths are kept to this fraction of the characteristic length.
 constexpr double length_tolerance = 1e-9;
-
-// Functions of the places over a box.
-
-/// Encloses a function and its derivatives by the places.
-struct BoxForm {
-  Interval value;
-  std::array<Interval, max_places> gradient;  ///< of which the first `places` count
-};
-
-/// Arithmetic of such functions.
-class BoxAlgebra {
- public:
-  using Value = BoxForm;
-
-  explicit BoxAlgebra(int places) : n_(places) {}
-
-  BoxForm constant(const Interval& value) const { return {value, {}}; }
-  BoxForm place(int i, const Interval& range) const {
-    BoxForm form{range, {}};
-    form.gradient[static_cast<std::size_t>(i)] = 1.0;
-    return form;
-  }
-  BoxForm add(const BoxForm& a, const BoxForm& b) const { return combine(a.value + b.value, a, 1.0, b, 1.0); }
-  BoxForm subtract(const BoxForm& a, const BoxForm& b) const { return combine(a.value - b.value, a, 1.0, b, -1.0); }
-  BoxForm multiply(const BoxForm& a, const BoxForm& b) const {
-    return combine(a.value * b.value, a, b.value, b, a.value);
-  }
-  BoxForm scale(const BoxForm& a, const Interval& factor) const {
-    BoxForm out{a.value * factor, {}};
-    for (std::size_t i = 0; i < size(); ++i) out.gradient[i] = a.gradient[i] * factor;
-    return out;
-  }
-  BoxForm square(const BoxForm& a) const { return chain(a, balance::square(a.value), a.value * 2.0); }
-  BoxForm inverse(const BoxForm& a) const {
-    const Interval r = balance::inverse(a.value);
-    return chain(a, r, -balance::square(r));
-  }
-  BoxForm sqrt(const BoxForm& a) const {
-    const Interval root = balance::sqrt(a.value);
-    return chain(a, root, balance::inverse(root) * 0.5);
-  }
-
-  /// @throws EnclosureError for an operation that cannot be enclosed
-  BoxForm apply(const expression::ExpressionNode& node, const BoxForm& a, const BoxForm& b, const BoxForm& c) const {
-    using expression::Operation;
-    switch (node.operation) {
-      case Operation::alias: return a;
-      case Operation::add: return add(a, b);
-      case Operation::subtract: return subtract(a, b);
-      case Operation::multiply: return multiply(a, b);
-      case Operation::divide: return multiply(a, inverse(b));
-      case Operation::negate: return scale(a, -1.0);
-      case Operation::power: return power(a, b);
-      case Operation::minimum: return is_less(a, b) ? a : b;
-      case Operation::maximum: return is_less(a, b) ? b : a;
-      case Operation::less: return constant(is_less(a, b) ? 1.0 : 0.0);
-      case Operation::less_equal: return constant(is_less(b, a) ? 0.0 : 1.0);
-      case Operation::equal: return constant(is_equal(a, b) ? 1.0 : 0.0);
-      case Operation::select:
-        if (!a.value.is_point()) break;
-        return a.value.lower != 0 ? b : c;
-      case Operation::function: return apply_function(node, a);
-      default: break;
-    }
-    throw EnclosureError("an expression cannot be enclosed");
-  }
-
- private:
-  std::size_t size() const { return static_cast<std::size_t>(n_); }
-  BoxForm combine(const Interval& value, const BoxForm& a, const Interval& p, const BoxForm& b,
-                  const Interval& q) const {
-    BoxForm out{value, {}};
-    for (std::size_t i = 0; i < size(); ++i) out.gradient[i] = a.gradient[i] * p + b.gradient[i] * q;
-    return out;
-  }
-  BoxForm chain(const BoxForm& x, const Interval& value, const Interval& derivative) const {
-    BoxForm out{value, {}};
-    for (std::size_t i = 0; i < size(); ++i) out.gradient[i] = x.gradient[i] * derivative;
-    return out;
-  }
-  BoxForm power(const BoxForm& a, const BoxForm& b) const {
-    const double exponent = b.value.middle();
-    if (!b.value.is_point()) throw EnclosureError("a power with a variable exponent");
-    if (exponent == 0.5) return sqrt(a);
-    if (exponent != std::floor(exponent) || std::abs(exponent) > 8)
-      throw EnclosureError("a power that is not a whole number");
-    BoxForm out = constant(1.0);
-    for (int k = 0; k < static_cast<int>(std::abs(exponent)); ++k) out = multiply(out, a);
-    return exponent < 0 ? inverse(out) : out;
-  }
-  /// @throws EnclosureError if it depends on the place in the box
-  static bool is_less(const BoxForm& a, const BoxForm& b) {
-    if (a.value.upper < b.value.lower) return true;
-    if (b.value.upper <= a.value.lower) return false;
-    throw EnclosureError("a comparison that differs over the box");
-  }
-  static bool is_equal(const BoxForm& a, const BoxForm& b) {
-    if (a.value.upper < b.value.lower || b.value.upper < a.value.lower) return false;
-    if (a.value.is_point() && b.value.is_point()) return true;
-    throw EnclosureError("a comparison that differs over the box");
-  }
-  BoxForm apply_function(const expression::ExpressionNode& node, const BoxForm& x) const {
-    const std::string_view name = expression::list_unary_functions()[static_cast<std::size_t>(node.function)].name;
-    if (name == "sin") return chain(x, sin(x.value), cos(x.value));
-    if (name == "cos") return chain(x, cos(x.value), -sin(x.value));
-    if (name == "sqrt") return sqrt(x);
-    if (name == "abs" && x.value.lower >= 0) return x;
-    if (name == "abs" && x.value.upper <= 0) return scale(x, -1.0);
-    throw EnclosureError("a function that cannot be enclosed");
-  }
-
-  int n_;
-};
 
 /// The part of a graph that some expressions need.
 class ExpressionExcerpt {
@@ -250,8 +141,8 @@ struct DistanceLimit {
 };
 
 // Attributes of the rows of a choice.
-constexpr int stiffness_attribute = 0, preload_attribute = 1, shortest_attribute = 2, longest_attribute = 3,
-              cost_attribute = 4, first_limit_attribute = 5;
+constexpr int stiffness_attribute = 0, preload_attribute = 1, free_length_attribute = 2, shortest_attribute = 3,
+              longest_attribute = 4, cost_attribute = 5, first_limit_attribute = 6;
 
 bool are_equal(const VectorX& a, const VectorX& b) {
   if (a.size() != b.size()) return false;
@@ -265,35 +156,36 @@ bool are_close(double a, double b, double scale) { return std::abs(a - b) <= equ
 
 // Sets of rows.
 
-RowTree::RowTree(const MatrixX& attributes) : attributes_(attributes) {
+RowTree::RowTree(const MatrixX& attributes, const MatrixX& coordinates)
+    : attributes_(attributes), coordinates_(coordinates) {
   rows_.resize(static_cast<std::size_t>(attributes.rows()));
   std::iota(rows_.begin(), rows_.end(), 0);
-  scale_.resize(attributes.cols());
-  for (Eigen::Index j = 0; j < attributes.cols(); ++j)
-    scale_[j] = numerics::max_coefficient(attributes.col(j)) - numerics::min_coefficient(attributes.col(j));
   build(0, static_cast<int>(rows_.size()));
 }
 
 int RowTree::build(int begin, int end) {
   const int index = static_cast<int>(sets_.size());
   sets_.push_back({begin, end, -1, -1, {}});
-  int widest = -1;
-  double widest_share = 0;
-  for (Eigen::Index j = 0; j < attributes_.cols(); ++j) {
-    double low = infinity, high = -infinity;
+  const auto range_of = [&](const MatrixX& numbers, Eigen::Index j) {
+    Interval range(infinity, -infinity);
     for (int i = begin; i < end; ++i) {
-      const double value = attributes_(rows_[static_cast<std::size_t>(i)], j);
-      low = std::min(low, value), high = std::max(high, value);
+      const double value = numbers(rows_[static_cast<std::size_t>(i)], j);
+      range = {std::min(range.lower, value), std::max(range.upper, value)};
     }
-    sets_[static_cast<std::size_t>(index)].range.push_back({low, high});
-    const double share = scale_[j] > 0 && std::isfinite(scale_[j]) ? (high - low) / scale_[j] : 0;
-    if (share > widest_share) widest = static_cast<int>(j), widest_share = share;
-  }
+    return range;
+  };
+  for (Eigen::Index j = 0; j < attributes_.cols(); ++j)
+    sets_[static_cast<std::size_t>(index)].range.push_back(range_of(attributes_, j));
+  Eigen::Index widest = -1;
+  double largest = 0;
+  for (Eigen::Index j = 0; j < coordinates_.cols(); ++j)
+    if (const double width = range_of(coordinates_, j).width(); width > largest) widest = j, largest = width;
   if (widest < 0) return index;
   const auto at = [&](int i) { return rows_.begin() + i; };
   const int middle = begin + (end - begin) / 2;
   std::sort(at(begin), at(end), [&](int a, int b) {
-    return attributes_(a, widest) != attributes_(b, widest) ? attributes_(a, widest) < attributes_(b, widest) : a < b;
+    return coordinates_(a, widest) != coordinates_(b, widest) ? coordinates_(a, widest) < coordinates_(b, widest)
+                                                              : a < b;
   });
   const int left = build(begin, middle), right = build(middle, end);
   sets_[static_cast<std::size_t>(index)].left = left;
@@ -301,40 +193,9 @@ int RowTree::build(int begin, int end) {
   return index;
 }
 
-// Least squares in a box.
+// Least squares with limits.
 
 namespace {
-
-/// min δᵀQδ/2 + cᵀδ within |δ| ≤ w: a few sweeps of coordinate descent from δ.
-void minimise_in_box(const MatrixX& Q, const VectorX& c, const VectorX& w, VectorX& delta) {
-  constexpr int max_sweeps = 60;
-  const Eigen::Index n = c.size();
-  VectorX gradient = Q * delta + c;
-  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
-    double change = 0;
-    for (Eigen::Index j = 0; j < n; ++j) {
-      if (w[j] == 0) continue;
-      const double old = delta[j];
-      const double next = Q(j, j) > 0 ? std::clamp(old - gradient[j] / Q(j, j), -w[j], w[j])
-                                      : (gradient[j] > 0   ? -w[j]
-                                         : gradient[j] < 0 ? w[j]
-                                                           : old);
-      if (next == old) continue;
-      delta[j] = next;
-      gradient += Q.col(j) * (next - old);
-      change = std::max(change, std::abs(next - old) / w[j]);
-    }
-    if (change < 1e-7) return;
-  }
-}
-
-/// A lower bound of the convex function f(δ) = value + gradientᵀ(δ' − δ) + … over the box.
-double box_lower_bound(double value, const VectorX& gradient, const VectorX& delta, const VectorX& w) {
-  double bound = value;
-  for (Eigen::Index j = 0; j < w.size(); ++j)
-    bound += std::min(gradient[j] * (w[j] - delta[j]), gradient[j] * (-w[j] - delta[j]));
-  return bound;
-}
 
 /// a + B δ ± e, and linear limits A δ ≤ b.
 struct LinearModel {
@@ -405,6 +266,13 @@ struct CatalogueProgram::Implementation {
   std::vector<VaryingSpring> springs;
   std::vector<DistanceLimit> limits;
   std::vector<RowTree> trees;  ///< of each choice
+  /// Of a spring's bodies at a sample: the spring is offset + second b − first a.
+  struct RelativePose {
+    Matrix3 first, second;
+    Vector3 offset;
+  };
+  std::vector<std::vector<std::vector<RelativePose>>> relative_poses;  ///< by motion, spring and sample
+  std::vector<std::vector<SpringSeries>> ratio_series;                 ///< by quantity and series; empty without places
   struct RowLimit {
     int attribute;  ///< of the trees' rows: the sum over the choices is limited
     double lower, upper;
@@ -467,7 +335,9 @@ struct CatalogueProgram::Implementation {
     find_springs(start_rows);
     for (const ObjectiveTerm& term : terms) add_term(term, start_rows);
     add_limits();
+    for (std::size_t m = 0; m < motions.size(); ++m) merge_equal_samples(m);
     build_trees(start_rows, terms);
+    if (places() > 0) build_ratio_series();
     std::vector<Expression> wanted;
     const auto want = [&](const PointPair& pair) {
       for (int i = 0; i < 3; ++i) wanted.push_back(pair.a[i]), wanted.push_back(pair.b[i]);
@@ -683,6 +553,106 @@ struct CatalogueProgram::Implementation {
     }
   }
 
+  /// Poses of a workspace are visited several times, and the trajectory rests in them: one sample with all their time.
+  void merge_equal_samples(std::size_t m) {
+    constexpr double pose_tolerance = 1e-12;
+    results::BodyPoses& poses = motions[m].poses;
+    const Eigen::Index count = motions[m].size();
+    struct ScaledSeries {
+      SampledQuantity::Series* series;
+      double constant;
+      std::vector<double> per_spring;
+    };
+    std::vector<ScaledSeries> all;
+    for (SampledQuantity& quantity : quantities)
+      if (quantity.motion == static_cast<int>(m))
+        for (SampledQuantity::Series& series : quantity.series) {
+          all.push_back({&series, numerics::max_abs(series.constant), {}});
+          for (const MatrixX& rows : series.per_spring) all.back().per_spring.push_back(numerics::max_abs(rows));
+        }
+    const auto are_equal_rows = [&](const auto& matrix, Eigen::Index a, Eigen::Index b, double scale) {
+      return ((matrix.row(a) - matrix.row(b)).array().abs() <= pose_tolerance * scale).all();
+    };
+    const auto are_equal_samples = [&](Eigen::Index a, Eigen::Index b) {
+      return are_equal_rows(poses.position, a, b, characteristic) && are_equal_rows(poses.orientation, a, b, 1) &&
+             std::all_of(all.begin(), all.end(), [&](const ScaledSeries& one) {
+               const SampledQuantity::Series& series = *one.series;
+               for (Eigen::Index c = 0; c < series.components; ++c) {
+                 const Eigen::Index i = a * series.components + c, j = b * series.components + c;
+                 if (!are_equal_rows(series.constant, i, j, one.constant)) return false;
+                 for (std::size_t s = 0; s < series.per_spring.size(); ++s)
+                   if (!are_equal_rows(series.per_spring[s], i, j, one.per_spring[s])) return false;
+               }
+               return true;
+             });
+    };
+    std::vector<Eigen::Index> kept, merged_into;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const auto same =
+          std::find_if(kept.begin(), kept.end(), [&](Eigen::Index other) { return are_equal_samples(i, other); });
+      merged_into.push_back(same - kept.begin());
+      if (same == kept.end()) kept.push_back(i);
+    }
+    if (static_cast<Eigen::Index>(kept.size()) == count) return;
+    poses.position = MatrixX(poses.position(kept, Eigen::all));
+    poses.orientation = MatrixX(poses.orientation(kept, Eigen::all));
+    for (const ScaledSeries& one : all) {
+      SampledQuantity::Series* const series = one.series;
+      VectorX weights = VectorX::Zero(static_cast<Eigen::Index>(kept.size()));
+      for (Eigen::Index i = 0; i < count; ++i)
+        weights[merged_into[static_cast<std::size_t>(i)]] += series->time_weights[i];
+      std::vector<Eigen::Index> rows;
+      for (const Eigen::Index i : kept)
+        for (Eigen::Index c = 0; c < series->components; ++c) rows.push_back(i * series->components + c);
+      series->time_weights = weights;
+      series->constant = VectorX(series->constant(rows));
+      for (MatrixX& matrix : series->per_spring) matrix = MatrixX(matrix(rows, Eigen::all));
+    }
+  }
+
+  void build_ratio_series() {
+    std::vector<std::vector<SquaredLengths>> lengths;
+    for (const SampledMotion& motion : motions) {
+      lengths.emplace_back(), relative_poses.emplace_back();
+      for (const VaryingSpring& spring : springs) {
+        std::vector<RelativePose> poses;
+        for (Eigen::Index row = 0; row < motion.size(); ++row)
+          poses.push_back({motion.rotation(row, spring.ends.first), motion.rotation(row, spring.ends.second),
+                           motion.position(row, spring.ends.second) - motion.position(row, spring.ends.first)});
+        lengths.back().push_back(squared_lengths(poses));
+        relative_poses.back().push_back(std::move(poses));
+      }
+    }
+    for (const SampledQuantity& quantity : quantities) {
+      ratio_series.emplace_back();
+      for (const SampledQuantity::Series& series : quantity.series)
+        ratio_series.back().emplace_back(series.components, quantity.is_peak,
+                                         VectorX(series.time_weights / series.time_weights.sum()), series.constant,
+                                         series.per_spring, lengths[static_cast<std::size_t>(quantity.motion)]);
+    }
+  }
+
+  /// |o + R₂ b − R₁ a|² = |o|² + |a|² + |b|² + 2 oᵀR₂ b − 2 oᵀR₁ a − 2 aᵀR₁ᵀR₂ b.
+  SquaredLengths squared_lengths(const std::vector<RelativePose>& poses) const {
+    const Eigen::Index d = dimensions();
+    SquaredLengths lengths;
+    lengths.rows.resize(static_cast<Eigen::Index>(poses.size()), features() + 1);
+    for (Eigen::Index i = 0; i < lengths.rows.rows(); ++i) {
+      const RelativePose& pose = poses[static_cast<std::size_t>(i)];
+      auto row = lengths.rows.row(i);
+      row[0] = pose.offset.squaredNorm();
+      const Vector3 a = -2 * pose.first.transpose() * pose.offset, b = 2 * pose.second.transpose() * pose.offset;
+      const Matrix3 product = -2 * pose.first.transpose() * pose.second;
+      for (Eigen::Index j = 0; j < d; ++j) {
+        row[1 + j] = a[j], row[1 + d + j] = b[j];
+        for (Eigen::Index k = 0; k < d; ++k) row[1 + 2 * d + d * j + k] = product(j, k);
+      }
+      row[features()] = 1;
+    }
+    lengths.mean = lengths.rows.colwise().mean().transpose();
+    return lengths;
+  }
+
   bool locate(const model::Landmark& landmark, BodyId& body, Vector3Of<Expression>& position) const {
     using Kind = model::Landmark::Kind;
     const auto& recorded = space.recording->mechanism;
@@ -737,11 +707,32 @@ struct CatalogueProgram::Implementation {
         attributes(i, longest_attribute) = max_length;
       }
       if (s >= 0) set_spring_attributes(k, springs[static_cast<std::size_t>(s)], start_rows, {x0, x1, x2}, attributes);
-      trees.emplace_back(attributes);
+      trees.emplace_back(attributes, coordinates_of(attributes));
     }
     for (std::size_t j = 0; j < sums.size(); ++j)
       row_limits.push_back({first_limit_attribute + static_cast<int>(j), sums[j]->is_lower ? sums[j]->bound : -infinity,
                             sums[j]->is_lower ? infinity : sums[j]->bound});
+  }
+
+  /// Numbers by whose differences rows are similar: shares of the whole range.
+  MatrixX coordinates_of(const MatrixX& attributes) const {
+    MatrixX coordinates = attributes;
+    if (places() > 0) {  // places make up for differences of stiffness in proportion
+      coordinates.col(preload_attribute).setZero();
+      const auto stiffness = attributes.col(stiffness_attribute);
+      if (numerics::min_coefficient(stiffness) > 0)
+        coordinates.col(stiffness_attribute) = stiffness.array().log().matrix();
+    } else {
+      coordinates.col(free_length_attribute).setZero();
+    }
+    for (Eigen::Index j = 0; j < coordinates.cols(); ++j) {
+      const double range =
+          numerics::max_coefficient(coordinates.col(j)) - numerics::min_coefficient(coordinates.col(j));
+      constexpr double stiffness_share = 4;
+      const double share = places() > 0 && j == stiffness_attribute ? stiffness_share : 1;
+      if (range > 0) coordinates.col(j) *= share / range;
+    }
+    return coordinates;
   }
 
   /// Stands for a spring without a longest length [m].
@@ -812,6 +803,7 @@ struct CatalogueProgram::Implementation {
       const auto i = static_cast<Eigen::Index>(r);
       attributes(i, stiffness_attribute) = first[r].stiffness;
       attributes(i, preload_attribute) = first[r].stiffness * first[r].free_length;
+      attributes(i, free_length_attribute) = first[r].free_length;
       attributes(i, shortest_attribute) = has_shortest(first[r]) ? shortest(first[r]) : -max_length;
       attributes(i, longest_attribute) = first[r].longest_length.value_or(max_length);
     }
@@ -894,6 +886,24 @@ struct CatalogueProgram::Implementation {
     std::vector<std::vector<Interval>> attributes;  ///< of each choice
   };
 
+  bool keeps_sums(const Ranges& box) const {
+    return std::all_of(row_limits.begin(), row_limits.end(), [&](const RowLimit& limit) {
+      double least = 0, most = 0;
+      for (const auto& attributes : box.attributes) {
+        least += attributes[static_cast<std::size_t>(limit.attribute)].lower;
+        most += attributes[static_cast<std::size_t>(limit.attribute)].upper;
+      }
+      const double scale = 1e-12 * (std::abs(least) + std::abs(most));
+      return least <= limit.upper + scale && most >= limit.lower - scale;
+    });
+  }
+
+  static double cost_lower_bound(const Ranges& box) {
+    double cost = 0;
+    for (const auto& attributes : box.attributes) cost += attributes[cost_attribute].lower;
+    return cost;
+  }
+
   /// @param box over which derivatives are enclosed, and lengths checked
   /// @param middle at which values are computed
   Model linearise(const Ranges& box, const Ranges& middle, const VectorX& half) const {
@@ -928,16 +938,8 @@ struct CatalogueProgram::Implementation {
                                                            point_lengths[static_cast<std::size_t>(quantity.motion)]));
     }
     add_length_limits(box, half, graph, point_graph, forms, points, lengths, point_lengths, model);
-    for (const RowLimit& limit : row_limits) {
-      double least = 0, most = 0;
-      for (const auto& attributes : box.attributes) {
-        least += attributes[static_cast<std::size_t>(limit.attribute)].lower;
-        most += attributes[static_cast<std::size_t>(limit.attribute)].upper;
-      }
-      const double scale = 1e-12 * (std::abs(least) + std::abs(most));
-      if (least > limit.upper + scale || most < limit.lower - scale) model.is_feasible = false;
-    }
-    for (const auto& attributes : box.attributes) model.cost += attributes[cost_attribute].lower;
+    if (!keeps_sums(box)) model.is_feasible = false;
+    model.cost = cost_lower_bound(box);
     return model;
   }
 
@@ -1137,23 +1139,205 @@ struct CatalogueProgram::Implementation {
     return best;
   }
 
-  CatalogueBound bound(const CatalogueBox& box) const {
+  /// Ranges of the springs over a box of places and rows, for length_ratio_bound.
+  std::vector<SpringRange> spring_ranges(const Ranges& box, const std::vector<SpringForms>& forms,
+                                         const std::vector<SpringForms>& points, const SpringSeries& series,
+                                         const std::vector<std::vector<Interval>>& squares) const {
+    const BoxAlgebra algebra(places());
+    std::vector<SpringRange> ranges;
+    for (std::size_t s = 0; s < springs.size(); ++s) {
+      SpringRange range;
+      range.features = forms[s].features;
+      BoxForm size = algebra.constant(0.0);
+      double middle_size = 0;
+      for (const auto* end : {&forms[s].a, &forms[s].b})
+        for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions()); ++i)
+          size = algebra.add(size, algebra.square((*end)[i]));
+      for (const auto* end : {&points[s].a, &points[s].b})
+        for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions()); ++i)
+          middle_size += (*end)[i].value.middle() * (*end)[i].value.middle();
+      range.features.push_back(size);
+      for (const BoxForm& feature : points[s].features) range.middle_features.push_back(feature.value.middle());
+      range.middle_features.push_back(middle_size);
+      const int choice = springs[s].choice;
+      for (const int f : series.parts[s].features) {
+        const BoxForm& feature = range.features[static_cast<std::size_t>(f)];
+        const double middle = range.middle_features[static_cast<std::size_t>(f)];
+        if (choice >= 0) {
+          const Interval& k = box.attributes[static_cast<std::size_t>(choice)][stiffness_attribute];
+          range.forces.push_back(algebra.scale(feature, k));
+          range.middle_forces.push_back(k * middle);
+        } else {
+          range.forces.push_back(algebra.multiply(forms[s].stiffness, feature));
+          range.middle_forces.emplace_back(points[s].stiffness.value.middle() * middle);
+        }
+      }
+      if (choice >= 0) {
+        const Interval& own = box.attributes[static_cast<std::size_t>(choice)][free_length_attribute];
+        range.free_length = algebra.add(forms[s].cable, algebra.constant(own));
+        range.middle_free_length = points[s].cable.value.middle() + own;
+      } else {
+        range.free_length = forms[s].free_length;
+        range.middle_free_length = points[s].free_length.value.middle();
+      }
+      range.squares = squares[s];
+      ranges.push_back(std::move(range));
+    }
+    return ranges;
+  }
+
+  /// Of the springs' lengths in a motion, by spring and sample.
+  std::vector<std::vector<Interval>> squared_length_ranges(std::size_t motion,
+                                                           const std::vector<SpringForms>& forms) const {
+    std::vector<std::vector<Interval>> all(springs.size());
+    for (std::size_t s = 0; s < springs.size(); ++s)
+      for (const RelativePose& pose : relative_poses[motion][s]) {
+        Interval sum = 0.0;
+        for (int i = 0; i < dimensions(); ++i) {
+          Interval component = pose.offset[i];
+          for (int j = 0; j < dimensions(); ++j)
+            component = component + forms[s].b[static_cast<std::size_t>(j)].value * pose.second(i, j) -
+                        forms[s].a[static_cast<std::size_t>(j)].value * pose.first(i, j);
+          sum = sum + balance::square(component);
+        }
+        all[s].push_back(sum);
+      }
+    return all;
+  }
+
+  /// Narrows a box to what may be better than the cutoff, and bounds what is left.
+  /// @return false: nothing is
+  /// @throws EnclosureError for an operation that cannot be enclosed
+  bool bound_ratios(CatalogueBox& box, double cutoff, double& least, VectorX& score) const {
+    const Ranges ranges = ranges_of(box), middle = middle_of(ranges);
+    if (!keeps_sums(ranges)) return false;
+    const int n = places();
+    const BoxAlgebra algebra(n), point_algebra(0);
+    std::vector<BoxForm> over, at;
+    for (int i = 0; i < n; ++i) {
+      over.push_back(algebra.place(i, ranges.places[static_cast<std::size_t>(i)]));
+      at.push_back(point_algebra.constant(middle.places[static_cast<std::size_t>(i)]));
+    }
+    const std::vector<SpringForms> forms = spring_forms(algebra, evaluate_graph(algebra, over)),
+                                   points = spring_forms(point_algebra, evaluate_graph(point_algebra, at));
+    std::vector<std::vector<std::vector<Interval>>> squares;
+    for (std::size_t m = 0; m < motions.size(); ++m) squares.push_back(squared_length_ranges(m, forms));
+    PlaceRange range(half_of(ranges).head(n));
+    for (const DistanceLimit& limit : limits)
+      if (limit.spring >= 0 && !narrow_to_travel(limit, ranges, forms, points, squares, range)) return false;
+    const double cost = cost_lower_bound(ranges);
+    double sum = cost;
+    score.setZero(variables());
+    for (std::size_t k = 0; k < trees.size(); ++k)
+      score[n + 2 * static_cast<int>(k)] += ranges.attributes[k][cost_attribute].width();
+    for (std::size_t q = 0; q < quantities.size(); ++q) {
+      double worst = 0;
+      for (const SpringSeries& series : ratio_series[q]) {
+        const auto& own_squares = squares[static_cast<std::size_t>(quantities[q].motion)];
+        const std::vector<SpringRange> given = spring_ranges(ranges, forms, points, series, own_squares);
+        const LengthRatioBound one =
+            bound_by_length_ratios(series, given, (cutoff - cost) / quantities[q].weight, range);
+        if (!one.is_feasible) return false;
+        worst = std::max(worst, one.lower);
+        score.head(n) += quantities[q].weight * one.score;
+        for (std::size_t s = 0; s < springs.size(); ++s)
+          if (springs[s].choice >= 0)
+            score[n + 2 * springs[s].choice] +=
+                quantities[q].weight * one.part_score[static_cast<Eigen::Index>(s)] *
+                relative_width(ranges.attributes[static_cast<std::size_t>(springs[s].choice)], given[s],
+                               own_squares[s]);
+      }
+      sum += quantities[q].weight * worst;
+    }
+    least = std::max(least, std::min(sum, cutoff));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Interval& delta = range.ranges()[static_cast<std::size_t>(i)];
+      const double at_middle = middle.places[static_cast<std::size_t>(i)].middle();
+      box.lower[i] = std::clamp(at_middle + delta.lower, box.lower[i], box.upper[i]);
+      box.upper[i] = std::clamp(at_middle + delta.upper, box.lower[i], box.upper[i]);
+    }
+    return true;
+  }
+
+  /// How far the rows of a set differ in what matters for a spring.
+  static double relative_width(const std::vector<Interval>& attributes, const SpringRange& spring,
+                               const std::vector<Interval>& squares) {
+    double longest = 1e-300;
+    for (const Interval& square : squares) longest = std::max(longest, std::sqrt(square.upper));
+    const Interval& k = attributes[stiffness_attribute];
+    const double free_length = std::max(spring.free_length.value.magnitude(), 1e-3 * longest);
+    const double travel =
+        std::min(attributes[shortest_attribute].width() + attributes[longest_attribute].width(), longest);
+    return k.width() / (k.lower + k.upper + 1e-300) + 0.5 * attributes[free_length_attribute].width() / free_length +
+           0.5 * travel / longest;
+  }
+
+  /// The places where the cable leaves a length within some row's travel.
+  bool narrow_to_travel(const DistanceLimit& limit, const Ranges& ranges, const std::vector<SpringForms>& forms,
+                        const std::vector<SpringForms>& points,
+                        const std::vector<std::vector<std::vector<Interval>>>& squares, PlaceRange& range) const {
+    const auto s = static_cast<std::size_t>(limit.spring);
+    const auto& attributes = ranges.attributes[static_cast<std::size_t>(springs[s].choice)];
+    double max_length_bound = -infinity, min_length = infinity;
+    for (const Interval& square : squares[static_cast<std::size_t>(limit.motion)][s]) {
+      max_length_bound = std::max(max_length_bound, std::sqrt(std::max(square.lower, 0.0)));
+      min_length = std::min(min_length, std::sqrt(square.upper));
+    }
+    const double slack = length_tolerance * characteristic;
+    return range.narrow(forms[s].cable, points[s].cable.value.middle(),
+                        {max_length_bound - attributes[longest_attribute].upper - slack,
+                         min_length - attributes[shortest_attribute].lower + slack});
+  }
+
+  CatalogueBound bound(const CatalogueBox& given, double cutoff) const {
     CatalogueBound result;
+    CatalogueBox box = given;
+    VectorX score = VectorX::Zero(variables());
+    bool has_ratios = places() > 0;
+    constexpr int max_passes = 2;
+    constexpr double worthwhile_reduction = 0.7;
+    for (int pass = 0; pass < max_passes && has_ratios; ++pass) {
+      const VectorX before = box.upper - box.lower;
+      try {
+        if (!bound_ratios(box, std::min(cutoff, max_cutoff), box.bound, score)) {
+          result.is_feasible = false;
+          return result;
+        }
+      } catch (const EnclosureError&) {
+        has_ratios = false;
+      }
+      const VectorX after = box.upper - box.lower;
+      if (box.bound >= cutoff || (after.array() >= worthwhile_reduction * before.array()).all()) break;
+    }
+    result.lower = box.bound;
+    if (box.bound >= cutoff) return result;
     const Ranges ranges = ranges_of(box), middle = middle_of(ranges);
     const VectorX half = half_of(ranges);
+    VectorX delta = VectorX::Zero(variables());
+    const bool has_distances =
+        std::any_of(limits.begin(), limits.end(), [](const DistanceLimit& limit) { return limit.spring < 0; });
+    constexpr double small_share = 0.01;
+    const bool is_small = ((box.upper - box.lower).array() <= small_share * (upper - lower).array()).all();
+    if (!has_ratios || has_distances || is_small)
+      bound_linear(box, ranges, middle, half, !has_ratios, delta, score, result);
+    if (result.is_feasible) describe(box, middle, half, delta, score, result);
+    return result;
+  }
+
+  /// Stands for a cutoff that is not known yet.
+  static constexpr double max_cutoff = 1e30;
+
+  void bound_linear(const CatalogueBox& box, const Ranges& ranges, const Ranges& middle, const VectorX& half,
+                    bool sets_score, VectorX& delta, VectorX& score, CatalogueBound& result) const {
     Model model;
-    VectorX delta = VectorX::Zero(variables()), score = VectorX::Zero(variables());
-    result.lower = box.bound;
     try {
       model = linearise(ranges, middle, half);
     } catch (const EnclosureError&) {
-      result.lower = box.bound;
-      describe(box, middle, half, delta, score, result);
-      return result;
+      return;
     }
     if (!model.is_feasible) {
       result.is_feasible = false;
-      return result;
+      return;
     }
     double sum = model.cost;
     double largest_share = -1;
@@ -1164,19 +1348,17 @@ struct CatalogueProgram::Implementation {
         const FigureBound one = bound_series(quantities[q], quantities[q].series[s], linear, model, false);
         if (!one.is_feasible) {
           result.is_feasible = false;
-          return result;
+          return;
         }
         worst = std::max(worst, one.lower);
         if (quantities[q].weight * one.lower <= largest_share && largest_share >= 0) continue;
         largest_share = quantities[q].weight * one.lower;
         delta = one.delta;
-        set_scores(linear, one, half, box, score);
+        if (sets_score) set_scores(linear, one, half, box, score);
       }
       sum += quantities[q].weight * worst;
     }
-    result.lower = std::max(box.bound, sum);
-    describe(box, middle, half, delta, score, result);
-    return result;
+    result.lower = std::max(result.lower, sum);
   }
 
   /// How much of the bound is lost by the width of each variable.
@@ -1235,8 +1417,13 @@ struct CatalogueProgram::Implementation {
     const int n = places();
     int widest = -1;
     double largest = 0;
+    const auto is_divisible = [&](int j) {
+      if (j < n) return half[j] > 0;
+      const auto k = static_cast<std::size_t>((j - n) / 2);
+      return trees[k].sets()[static_cast<std::size_t>(box.sets[k])].left >= 0;
+    };
     for (int j = 0; j < variables(); ++j)
-      if (score[j] > largest && half[j] > 0) widest = j, largest = score[j];
+      if (score[j] > largest && is_divisible(j)) widest = j, largest = score[j];
     if (widest < 0) {  // rows first
       int size = 1;
       for (std::size_t k = 0; k < trees.size(); ++k) {
@@ -1381,12 +1568,17 @@ CatalogueProgram::CatalogueProgram(CatalogueProgram&&) noexcept = default;
 CatalogueBox CatalogueProgram::root() const {
   return {std::vector<int>(implementation_->trees.size(), 0), implementation_->lower, implementation_->upper, 0};
 }
-CatalogueBound CatalogueProgram::bound(const CatalogueBox& box) const { return implementation_->bound(box); }
+CatalogueBound CatalogueProgram::bound(const CatalogueBox& box, double cutoff) const {
+  return implementation_->bound(box, cutoff);
+}
 CatalogueDesign CatalogueProgram::improve(const CatalogueDesign& start) const {
   return implementation_->improve(start);
 }
 CatalogueDesign CatalogueProgram::evaluate(const std::vector<int>& rows, const VectorX& x) const {
   return implementation_->evaluate(rows, x);
+}
+const std::vector<int>& CatalogueProgram::similar_rows(int choice) const {
+  return implementation_->trees[static_cast<std::size_t>(choice)].rows();
 }
 bool CatalogueProgram::knows_all_limits() const { return implementation_->knows_limits; }
 

@@ -24,7 +24,8 @@ class RowTree {
 
   RowTree() = default;
   /// @param attributes of each row, a column for each
-  explicit RowTree(const MatrixX& attributes);
+  /// @param coordinates of each row: sets are divided where they differ most
+  RowTree(const MatrixX& attributes, const MatrixX& coordinates);
 
   const std::vector<Set>& sets() const { return sets_; }  ///< the first one has all rows
   const std::vector<int>& rows() const { return rows_; }
@@ -33,8 +34,7 @@ class RowTree {
  private:
   int build(int begin, int end);
 
-  MatrixX attributes_;
-  VectorX scale_;
+  MatrixX attributes_, coordinates_;
   std::vector<int> rows_;
   std::vector<Set> sets_;
 };
@@ -73,11 +73,14 @@ class CatalogueProgram {
   CatalogueProgram(CatalogueProgram&&) noexcept;
 
   CatalogueBox root() const;
-  /// Every design in the box within the limits has at least this objective.
-  CatalogueBound bound(const CatalogueBox& box) const;
+  /// Every design in the box within the limits has at least this objective or that of the cutoff.
+  /// @param cutoff of the objective: designs beyond it do not matter; may be infinite
+  CatalogueBound bound(const CatalogueBox& box, double cutoff) const;
   /// Descends from there with its rows.
   CatalogueDesign improve(const CatalogueDesign& start) const;
   CatalogueDesign evaluate(const std::vector<int>& rows, const VectorX& x) const;
+  /// The rows of a choice in an order in which neighbours are similar.
+  const std::vector<int>& similar_rows(int choice) const;
   /// Whether all limits of the design are known to the program.
   bool knows_all_limits() const;
 

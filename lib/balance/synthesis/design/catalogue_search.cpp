@@ -38,6 +38,8 @@ constexpr double vanishing_objective = 1e-6;
 constexpr double row_search_share = 0.7;
 /// The search is refined for as long as it took, at least and at most for these times [s].
 constexpr double min_refinement_seconds = 0.2, max_refinement_seconds = 2;
+/// Shares of the time for first designs before the search over rows, and for designs during it.
+constexpr double first_design_share = 0.05, candidate_share = 0.1;
 /// The figures of the program and of a simulation agree to this fraction.
 constexpr double figure_agreement_tolerance = 1e-6;
 
@@ -175,14 +177,15 @@ class RowSearch {
     const SimulatedDesign at_start = simulate_design(start_rows_, space_.start_values());
     scale_ = std::isnan(at_start.value) ? 0 : std::abs(at_start.value);
     consider(start_rows_, space_.start_values(), at_start);
+    if (!find_first_designs(program)) return false;
     open.push(program.root());
     double decided = std::numeric_limits<double>::infinity();  // least bound of what is not searched further
     double gap = proved_row_gap, refinement_end = std::numeric_limits<double>::infinity();
-    std::map<std::vector<int>, int> attempts;
-    constexpr int max_attempts = 2;
+    double candidate_seconds = 0;
+    const bool has_places = !space_.start.free_numbers.empty();
     while (!open.empty()) {
       if (open.top().bound >= cutoff(gap)) {
-        if (gap == refined_row_gap) break;
+        if (gap == refined_row_gap || decided < cutoff(refined_row_gap)) break;
         gap = refined_row_gap;
         refinement_end = elapsed() + std::clamp(elapsed(), min_refinement_seconds, max_refinement_seconds);
         continue;
@@ -191,33 +194,25 @@ class RowSearch {
       const CatalogueBox box = open.top();
       open.pop();
       ++report_.branches;
-      CatalogueBound bound = program.bound(box);
-      if (!bound.is_feasible) continue;
+      const double target = cutoff(refined_row_gap);
+      CatalogueBound bound = program.bound(box, target);
+      if (!bound.is_feasible) {
+        decided = std::min(decided, target);  // nothing is below it
+        continue;
+      }
       if (bound.lower >= cutoff(gap)) {
         decided = std::min(decided, bound.lower);
         continue;
       }
-      CatalogueDesign candidate = program.evaluate(bound.rows, bound.x);
-      const double target = best_ && best_->is_within_limits() ? best_->value : std::numeric_limits<double>::infinity();
-      const bool is_promising = candidate.value < target || candidate.violation > 0;
-      if (is_promising && attempts[bound.rows] < max_attempts) {
-        ++attempts[bound.rows];
-        candidate = program.improve(candidate);
+      const bool is_point = bound.halves.empty();
+      if (!has_places || is_point || candidate_seconds <= candidate_share * elapsed()) {
+        const double start = elapsed();
+        CatalogueDesign candidate = program.evaluate(bound.rows, bound.x);
+        if (is_point && candidate.violation <= 0) decided = std::min(decided, bound.lower);
+        if (!try_candidate(program, std::move(candidate))) return false;
+        candidate_seconds += elapsed() - start;
       }
-      if (candidate.violation <= 0 && candidate.value < target * (1 - 1e-9)) {
-        const SimulatedDesign simulated = simulate_design(candidate.rows, candidate.x);
-        if (!(std::abs(simulated.value - candidate.value) <=
-              figure_agreement_tolerance * (std::abs(candidate.value) + scale_))) {
-          report_.no_bound_reason = "its figures differ from those of the forces' linear model";
-          return false;
-        }
-        if (consider(candidate.rows, candidate.x, simulated)) ++report_.solved;
-      }
-      if (bound.halves.empty()) {
-        const bool is_design = candidate.violation <= 0;
-        if (is_design) decided = std::min(decided, bound.lower);
-        continue;
-      }
+      if (is_point) continue;
       for (CatalogueBox& half : bound.halves.front()) {
         half.bound = bound.lower;
         open.push(std::move(half));
@@ -227,6 +222,55 @@ class RowSearch {
     report_.lower_bound = std::min(decided, rest);
     if (best_ && best_->is_within_limits()) report_.lower_bound = std::min(report_.lower_bound, best_->value);
     report_.is_out_of_time = !open.empty() && open.top().bound < cutoff(proved_row_gap);
+    return true;
+  }
+
+  /// Improves it if that may make it the best one.
+  /// @return false if the program's figures are not those of simulations
+  bool try_candidate(const CatalogueProgram& program, CatalogueDesign candidate) {
+    constexpr int max_attempts = 2;
+    const double target = best_ && best_->is_within_limits() ? best_->value : std::numeric_limits<double>::infinity();
+    if ((candidate.value < target || candidate.violation > 0 || !space_.start.free_numbers.empty()) &&
+        attempts_[candidate.rows] < max_attempts) {
+      ++attempts_[candidate.rows];
+      candidate = program.improve(candidate);
+    }
+    if (!(candidate.violation <= 0 && candidate.value < target * (1 - 1e-9))) return true;
+    const SimulatedDesign simulated = simulate_design(candidate.rows, candidate.x);
+    if (!(std::abs(simulated.value - candidate.value) <=
+          figure_agreement_tolerance * (std::abs(candidate.value) + scale_))) {
+      report_.no_bound_reason = "its figures differ from those of the forces' linear model";
+      return false;
+    }
+    if (consider(candidate.rows, candidate.x, simulated)) ++report_.solved;
+    return true;
+  }
+
+  /// Designs with rows spread over each catalogue, then with rows like the best one: without a good design little can be
+  /// left out of the search.
+  /// @return as try_candidate
+  bool find_first_designs(const CatalogueProgram& program) {
+    if (space_.start.free_numbers.empty()) return true;
+    constexpr int spread = 40;
+    const auto& choices = space_.start.catalogue_choices;
+    for (const bool is_near : {false, true})
+      for (std::size_t k = 0; k < choices.size(); ++k) {
+        if (!choices[k].is_free) continue;
+        const std::vector<int>& order = program.similar_rows(static_cast<int>(k));
+        const int count = static_cast<int>(order.size());
+        const auto own = std::find(order.begin(), order.end(), (best_ ? best_rows_ : start_rows_)[k]) - order.begin();
+        const int step = is_near ? 1 : std::max(1, count / spread);
+        for (int i = 0; i < std::min(spread, count); ++i) {
+          if (is_time_up(first_design_share)) return true;
+          const int at = is_near ? static_cast<int>(own) + i - spread / 2 : i * step;
+          if (at < 0 || at >= count) continue;
+          CatalogueDesign candidate;
+          candidate.rows = best_ ? best_rows_ : start_rows_;
+          candidate.rows[k] = order[static_cast<std::size_t>(at)];
+          candidate.x = best_ ? best_x_ : space_.start_values();
+          if (!try_candidate(program, program.evaluate(candidate.rows, candidate.x))) return false;
+        }
+      }
     return true;
   }
 
@@ -361,7 +405,10 @@ class RowSearch {
     DesignReport report = study_(chosen, last);
     DesignOutcome& outcome = report.outcome;
     if (has_goals || !best_ || outcome.x.size() == 0) return report;
-    const bool is_worse = (best_->is_within_limits() && !outcome.within_limits) ||
+    // below the bound: a limit is left by what counts as round-off, beyond which a spring hangs slack
+    const bool is_beyond_bound =
+        !terms_.empty() && outcome.objective < report_.lower_bound * (1 - 1e-9) && std::isfinite(report_.lower_bound);
+    const bool is_worse = is_beyond_bound || (best_->is_within_limits() && !outcome.within_limits) ||
                           (!terms_.empty() && best_->is_within_limits() && outcome.objective > best_->value);
     if (!is_worse) return report;
     outcome.x = best_x_;
@@ -434,6 +481,7 @@ class RowSearch {
   std::optional<SimulatedDesign> best_;
   std::vector<int> best_rows_;
   VectorX best_x_;
+  std::map<std::vector<int>, int> attempts_;  ///< to improve a design with these rows
   CatalogueReport report_;
 };
 

@@ -280,11 +280,10 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
   negative = is_minus_taken_out(divided_by(rest, content));
   // a number that all terms share belongs in front of the key: 2 m (a + b), not m 2 (a + b)
   if (const Rational smallest = smallest_common_factor(rest);
-      content.coefficient == Rational(1) && !content.monomial.is_one() && smallest.sign() != 0)
+      content.coefficient == Rational(1) && !(content.monomial.is_one() && content.wave == 0) && smallest.sign() != 0)
     content.coefficient = smallest;
-  const Rational shared = content.wave == 0 ? content.coefficient : Rational(1);
-  return product(key.monomial, shared, key.wave,
-                 format(Polynomial(Rational(negative ? -1 : 1) / shared) * rest, depth + 1));
+  return product(key.monomial, content.coefficient, key.wave,
+                 format(Polynomial(Rational(negative ? -1 : 1) / content.coefficient) * rest, depth + 1));
 }
 
 /// The parts of a ratio, whole + (or −) numerator / denominator.

@@ -2,6 +2,7 @@
 
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/synthesis/formulas/closure_solution.hpp"
+#include "balance/synthesis/formulas/mechanism_symbols.hpp"
 #include "balance/synthesis/formulas/reduced_equations.hpp"
 #include "balance/synthesis/formulas/solved_conditions.hpp"
 #include "balance/synthesis/formulas/speeds_section.hpp"
@@ -513,6 +514,25 @@ std::optional<std::size_t> find_section(const FormulaSheet& sheet, SheetSectionK
   return static_cast<std::size_t>(found - sheet.sections.begin());
 }
 
+std::vector<std::string> names_of_unknown_parameters(const SolveRequest& request) {
+  std::vector<std::string> names;
+  for (const UnknownNumber& unknown : request.unknowns)
+    if (!unknown.parameter.empty()) names.push_back(unknown.parameter);
+  return names;
+}
+
+/// `xg1 is bodies.crank.com[0]`, for what has another name in the formulas than in the request.
+void add_solved_name_note(FormulaSheet& sheet) {
+  std::string list;
+  for (std::size_t k = 0; k < sheet.solution->unknowns.size(); ++k) {
+    const UnknownNumber& unknown = sheet.solution->unknowns[k];
+    const std::string& name = sheet.ring->symbol(sheet.solution->symbols[k]).name;
+    if (name == unknown.name) continue;
+    list += (list.empty() ? "" : ", ") + name + " is " + (unknown.path.empty() ? unknown.parameter : unknown.path);
+  }
+  if (!list.empty()) sheet.notes.push_back(list);
+}
+
 /// Says why sections that were named are missing.
 void add_missing_notes(const SheetOptions& options, FormulaSheet& sheet) {
   for (const SheetSectionKind kind : options.only) {
@@ -539,7 +559,9 @@ FormulaSheet make_sheet(const Mechanism& spec_mechanism, const study::SpecNumber
   const bool has_natural =
       std::find(options.only.begin(), options.only.end(), SheetSectionKind::natural) != options.only.end();
   const TreeOptions tree{has_regressor ? InertialParametrisation::about_origin : InertialParametrisation::about_com,
-                         options.expressions, has_natural, find_coordinates(mechanism, options.independent)};
+                         options.expressions, has_natural, find_coordinates(mechanism, options.independent),
+                         options.solve ? list_dependent_parameters(texts, names_of_unknown_parameters(*options.solve))
+                                       : std::set<std::string>()};
   sheet.equations = derive_equations(*sheet.ring, build_symbolic_tree(*sheet.ring, mechanism, texts, tree));
   const SymbolicEquations& e = sheet.equations;
   if (e.closure.empty()) check_independent_without_loops(mechanism, e.tree, options.independent);
@@ -573,6 +595,7 @@ FormulaSheet make_sheet(const Mechanism& spec_mechanism, const study::SpecNumber
   if (options.solve) {
     sheet.solution = solve_balance_conditions(*sheet.ring, mechanism, e, *options.solve);
     add(SheetSectionKind::solutions, [&] { return make_solution_section(*sheet.ring, *sheet.solution); });
+    add_solved_name_note(sheet);
     if (e.closure.empty()) add(SheetSectionKind::balanced, [&] { return make_balanced_section(e, *sheet.solution); });
   }
   if (elimination) {

@@ -1,5 +1,6 @@
 #include "balance/synthesis/formulas/mechanism_symbols.hpp"
 
+#include "balance/foundation/expression/expression_parser.hpp"
 #include "balance/synthesis/formulas/formula_parser.hpp"
 
 #include <algorithm>
@@ -27,7 +28,7 @@ std::string name_suffix(const std::string& name) { return "_" + name; }
 
 MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
                                    const TreeOptions& options)
-    : spec_symbols_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
+    : spec_symbols_(ring, model, texts, options),
       mechanism_(model.mechanism()),
       model_(model),
       texts_(texts),
@@ -216,15 +217,26 @@ Mass MechanismSymbols::rotor(int index, int axis) {
   return mass_properties;
 }
 
+/// Whether the spec states it without a parameter: a constant, or an input of its own.
+bool MechanismSymbols::is_plain_number(const Expression& x) const {
+  if (x.is_constant()) return true;
+  const int input = model_.input_of(x).index;
+  const auto& parameters = model_.parameters();
+  return input >= 0 && std::none_of(parameters.begin(), parameters.end(), [&](const study::NamedExpression& one) {
+           return model_.input_of(one.value).index == input;
+         });
+}
+
 Vector MechanismSymbols::gravity() {
   const Vector3E& g = mechanism_.gravity;
   Vector vector;
   for (int k = 0; k < 3; ++k) {
-    const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + axis_letters[k];
-    const bool is_downward = g[k].is_constant() && g[k].value() < 0;  // the symbol g is positive
-    const Polynomial value = spec_symbols_.polynomial_at(is_downward ? "" : item("gravity", k),
-                                                         is_downward ? -g[k] : g[k], name, SymbolKind::gravity);
-    vector[static_cast<std::size_t>(k)] = is_downward ? -value : value;
+    const bool is_alone = count_nonzero(g) == 1 && !model_.is_zero(g[k]);
+    const std::string name = is_alone ? "g" : std::string("g") + axis_letters[k], path = item("gravity", k);
+    vector[static_cast<std::size_t>(k)] =
+        g[k].value() < 0 && is_plain_number(g[k])  // the symbol g is positive
+            ? spec_symbols_.opposite_polynomial_at(path, g[k], name, SymbolKind::gravity)
+            : spec_symbols_.polynomial_at(path, g[k], name, SymbolKind::gravity);
   }
   return vector;
 }
@@ -234,7 +246,20 @@ Polynomial MechanismSymbols::ratio(int index) {
   return spec_symbols_.polynomial_at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
 }
 
+/// The joint of a wheel that rolls along a line, which is a coupling that the spec does not state; null for others.
+const model::JointOf<Expression>* MechanismSymbols::wheel_of(std::size_t c) const {
+  const std::string path = "couplings[" + std::to_string(c) + "]";
+  const auto stated = texts_.numbers.lower_bound(path);
+  if (stated != texts_.numbers.end() && stated->first.starts_with(path)) return nullptr;
+  const Coordinate& follower = mechanism_.coordinates[static_cast<std::size_t>(mechanism_.couplings[c].follower)];
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(follower.joint)];
+  return texts_.numbers.contains("joints." + joint.name + ".radius") ? &joint : nullptr;
+}
+
 Polynomial MechanismSymbols::coupling_ratio(std::size_t c) {
+  if (const auto* wheel = wheel_of(c))
+    return -spec_symbols_.polynomial_at("joints." + wheel->name + ".radius", -mechanism_.couplings[c].ratio,
+                                        "r_" + wheel->name, SymbolKind::length);
   return spec_symbols_.polynomial_at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
                                      "n" + std::to_string(c + 1), SymbolKind::ratio);
 }
@@ -286,10 +311,15 @@ Polynomial MechanismSymbols::preload(std::size_t s) {
          spec_symbols_.polynomial_at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::com_coordinate);
 }
 
+Polynomial MechanismSymbols::joint_radius(int index) {
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  return spec_symbols_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name,
+                                     SymbolKind::length);
+}
+
 Vector MechanismSymbols::wheel_centre_offset(int index) {
   const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
-  const Polynomial r = spec_symbols_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name,
-                                                   SymbolKind::length);
+  const Polynomial r = joint_radius(index);
   Vector offset;
   for (int k = 0; k < 3; ++k) {
     if (model_.is_zero(joint.axis[k])) continue;
@@ -339,8 +369,12 @@ bool find_decimal(double ratio, Rational& decimal) {
 }
 
 SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
-                         bool inline_expressions)
-    : ring_(&ring), model_(&model), texts_(&texts), is_inlining_(inline_expressions) {
+                         const TreeOptions& options)
+    : ring_(&ring),
+      model_(&model),
+      texts_(&texts),
+      is_inlining_(options.expressions == ParameterExpressions::inlined),
+      inlined_(options.inlined) {
   for (const study::ParameterText& parameter : texts.parameters) definitions_[parameter.name] = parameter.text;
   for (const study::NamedExpression& parameter : model.parameters())
     symbols_[parameter.name] =
@@ -353,10 +387,10 @@ Polynomial SpecSymbols::parameter(const std::string& name) {
   if (known == symbols_.end()) throw FormulaError(name + " is not a parameter");
   const std::string& text = definitions_[name];
   const bool is_expression =
-      text.find_first_of("+*/^") != std::string::npos ||
-      text.find_first_of("abcdfghijklmnopqrstuvwxyzABCDFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos;
+      text.find_first_of("+*/^") != std::string::npos || !expression::find_expression_names(text).values.empty();
   Polynomial polynomial;
-  if (is_inlining_ && is_expression && in_progress_.insert(name).second) {
+  const bool is_inlined = is_inlining_ || inlined_.contains(name);
+  if (is_inlined && is_expression && in_progress_.insert(name).second) {
     const bool is_read =
         read(text, Expression(ring_->symbol(known->second).source), SymbolKind::dimensionless, polynomial);
     in_progress_.erase(name);
@@ -399,13 +433,22 @@ Polynomial SpecSymbols::polynomial_at(const std::string& path, const Expression&
   return number.value;
 }
 
+Polynomial SpecSymbols::opposite_polynomial_at(const std::string& path, const Expression& source,
+                                               const std::string& name, SymbolKind kind) {
+  const auto known = numbers_.find(path);
+  if (known != numbers_.end()) return known->second.value;
+  SpecNumber& number = numbers_[path];
+  number = {-find("", -source, name, kind), name};
+  return number.value;
+}
+
 Polynomial SpecSymbols::find(const std::string& path, const Expression& source, const std::string& name,
                              SymbolKind kind) {
   if (model_->is_zero(source)) return {};
   const auto text = texts_->numbers.find(path);
   if (text != texts_->numbers.end()) {
     const auto known = symbols_.find(text->second);
-    if (kind == SymbolKind::ratio && known != symbols_.end() &&
+    if (kind == SymbolKind::ratio && known != symbols_.end() && !inlined_.contains(text->second) &&
         is_equal_to_rounding(perturbed_values_[static_cast<std::size_t>(known->second)],
                              model_->perturbed_value(source))) {
       ring_->set_kind(known->second, kind);
@@ -417,6 +460,24 @@ Polynomial SpecSymbols::find(const std::string& path, const Expression& source, 
   const double value = source.value();
   if (kind == SymbolKind::ratio && source.is_constant() && std::abs(value) == 1) return {value < 0 ? -1 : 1};
   return Polynomial::of_symbol(*ring_, ring_->add_symbol(identifier_name(name), kind, source));
+}
+
+std::set<std::string> list_dependent_parameters(const study::SpecNumberTexts& texts,
+                                                const std::vector<std::string>& names) {
+  std::set<std::string> changing(names.begin(), names.end()), dependent;
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
+    for (const study::ParameterText& parameter : texts.parameters) {
+      if (changing.contains(parameter.name)) continue;
+      const auto used = expression::find_expression_names(parameter.text).values;
+      if (std::none_of(used.begin(), used.end(), [&](const std::string& name) { return changing.contains(name); }))
+        continue;
+      changing.insert(parameter.name);
+      dependent.insert(parameter.name);
+      has_grown = true;
+    }
+  }
+  return dependent;
 }
 
 namespace {

@@ -21,8 +21,9 @@ struct SpecNumber {
 class SpecSymbols {
  public:
   /// @param texts of the spec's numbers; parameters become symbols under their names
-  /// @param inline_expressions replaces parameters that are expressions by these, except in ratios
-  SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts, bool inline_expressions);
+  /// @param options which parameters are replaced by their expressions
+  SpecSymbols(Ring& ring, const ParametricModel& model, const study::SpecNumberTexts& texts,
+              const TreeOptions& options);
 
   /// A number of the mechanism. It is zero if it is zero for all parameters. If the spec defines it by parameters, it
   /// is that expression; otherwise it gets its own symbol.
@@ -30,26 +31,35 @@ class SpecSymbols {
   /// @param source SI
   /// @param name of the symbol if it needs one, as usual in the field: "lg1"
   Polynomial polynomial_at(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
+  /// The same for a number that the spec states with the opposite sign, as gravity, whose symbol is positive.
+  Polynomial opposite_polynomial_at(const std::string& path, const Expression& source, const std::string& name,
+                                    SymbolKind kind);
+  /// A parameter: its symbol, or its expression where it is inlined.
+  /// @throws FormulaError for a name that is no parameter
+  Polynomial parameter(const std::string& name);
   Ring& ring() { return *ring_; }
   /// The numbers so far, by path.
   const std::map<std::string, SpecNumber>& numbers() const { return numbers_; }
 
  private:
   Polynomial find(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
-  Polynomial parameter(const std::string& name);
   bool read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& polynomial);
 
   Ring* ring_;
   const ParametricModel* model_;
   const study::SpecNumberTexts* texts_;
   bool is_inlining_;
+  std::set<std::string> inlined_;
   std::map<std::string, int> symbols_;              ///< of parameters
   std::map<std::string, std::string> definitions_;  ///< of inlined parameters: their expressions
   std::vector<double> perturbed_values_;            ///< values of parameters, by symbol, with all inputs perturbed
   std::set<std::string> in_progress_;               ///< parameters being read
   std::map<std::string, SpecNumber> numbers_;       ///< by path
-  friend struct ParameterFactory;
 };
+
+/// The parameters whose expressions contain one of these, and those whose expressions contain such a parameter.
+std::set<std::string> list_dependent_parameters(const study::SpecNumberTexts& texts,
+                                                const std::vector<std::string>& names);
 
 /// The decimal fraction that a ratio of units is, if it is a short one.
 bool find_decimal(double ratio, Rational& decimal);
@@ -84,6 +94,10 @@ class MechanismSymbols {
   Polynomial coupling_offset(std::size_t coupling);
   /// Ratio of one coordinate that a disc or a coupling follows.
   Polynomial disc_term(int disc, std::size_t term);
+  /// Radius of a body that rolls.
+  Polynomial joint_radius(int joint);
+  /// A parameter of the spec, or its expression where it is inlined.
+  Polynomial parameter(const std::string& name) { return spec_symbols_.parameter(name); }
   Polynomial coupling_term(std::size_t coupling, std::size_t term);
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
@@ -116,6 +130,8 @@ class MechanismSymbols {
   const NamedPointE* named_point(const std::string& path, int body, const Vector3E& position) const;
   bool planar() const { return mechanism_.space == SpaceKind::planar; }
   int count_nonzero(const Vector3E& v) const;
+  bool is_plain_number(const Expression& x) const;
+  const model::JointOf<Expression>* wheel_of(std::size_t coupling) const;
 
   SpecSymbols spec_symbols_;
   const MechanismOf<Expression>& mechanism_;

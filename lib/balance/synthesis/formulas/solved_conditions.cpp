@@ -122,6 +122,35 @@ std::vector<std::string> list_inertial_paths(const Mechanism& mechanism, const s
   return paths;
 }
 
+namespace {
+
+/// A number that depends on an unknown other than by a polynomial is a symbol, which must not be taken for a constant.
+void check_dependences(const Ring& ring, const ParametricModel& model, const std::vector<int>& unknowns,
+                       const std::vector<Polynomial>& conditions) {
+  const std::vector<double> before = model.evaluate_nodes(model.inputs());
+  for (const int unknown : unknowns) {
+    const int input = model.input_of(ring.symbol(unknown).source).index;
+    if (input < 0) continue;
+    std::vector<double> inputs = model.inputs();
+    double& changed = inputs[static_cast<std::size_t>(input)];
+    changed = changed == 0 ? 0.1 : 1.1 * changed;
+    const std::vector<double> after = model.evaluate_nodes(inputs);
+    for (int s = 0; s < static_cast<int>(ring.symbols().size()); ++s) {
+      const Symbol& symbol = ring.symbol(s);
+      if (std::find(unknowns.begin(), unknowns.end(), s) != unknowns.end() || symbol.source.is_constant() ||
+          ParametricModel::node_value(symbol.source, before) == ParametricModel::node_value(symbol.source, after))
+        continue;
+      for (const Polynomial& condition : conditions)
+        for (const Term& term : condition.terms())
+          if (term.monomial.exponent_of(s) != 0)
+            throw FormulaError("the conditions cannot be solved for " + ring.symbol(unknown).name + ": " + symbol.name +
+                               ", which they contain, is a function of it that is no polynomial");
+    }
+  }
+}
+
+}  // namespace
+
 SolvedConditions solve_balance_conditions(Ring& ring, const Mechanism& mechanism, const SymbolicEquations& equations,
                                           const SolveRequest& request) {
   SolvedConditions solved{request.goals, request.unknowns, {}, {}, {}, {}, request.derive};
@@ -137,6 +166,7 @@ SolvedConditions solve_balance_conditions(Ring& ring, const Mechanism& mechanism
       throw std::invalid_argument("the conditions of this mechanism must be given");
     conditions = derive_symbolic_conditions(equations, request.goals);
   }
+  check_dependences(ring, *equations.tree.model, solved.symbols, conditions);
   solved.solution = solve_conditions(conditions, solved.symbols);
   return solved;
 }
@@ -268,6 +298,8 @@ namespace {
 constexpr double solution_tolerance = 1e-9;
 constexpr int solution_state_count = 2, max_newton_steps = 60;
 constexpr double relative_difference = 1e-6;
+/// Of a number, compared with the spec's: smaller ones have vanished to meet the conditions that remain.
+constexpr double min_relative_size = 1e-3;
 
 class SolutionComparison {
  public:
@@ -280,8 +312,7 @@ class SolutionComparison {
         sampler_(*sheet.ring, model_),
         random_(seed),
         is_fixed_(model_.inputs().size(), false) {
-    for (const int symbol : solved_.symbols)
-      unknown_inputs_.push_back(model_.input_of(sheet.ring->symbol(symbol).source));
+    for (const int symbol : solved_.symbols) unknowns_.push_back(model_.input_of(sheet.ring->symbol(symbol).source));
     for (std::size_t s = 0; s < sheet.sections.size(); ++s)
       if (sheet.sections[s].section == SheetSectionKind::solutions) section_ = s;
     mechanism_ = mechanism;
@@ -290,7 +321,7 @@ class SolutionComparison {
 
   void run(FormulaCheck& check) {
     for (const SolvedUnknown& one : solved_.solution.solved)
-      if (unknown_inputs_[index_of(one.symbol)] < 0)
+      if (unknowns_[index_of(one.symbol)].index < 0)
         return note(check, "the solution was not compared with the engine: its numbers cannot be set one by one");
     compare_states(check);
     if (check.solution_states == 0 && !has_fixed_geometry_) {
@@ -312,7 +343,7 @@ class SolutionComparison {
       std::vector<double> inputs = sampler_.draw(random_, draws);
       for (std::size_t i = 0; i < inputs.size(); ++i)
         if (is_fixed_[i]) inputs[i] = model_.inputs()[i];
-      if (!meet_remaining(inputs) || !set_solved(inputs)) continue;
+      if (!meet_remaining(inputs) || is_degenerate(inputs) || !set_solved(inputs)) continue;
       compare(model_.build_mechanism(model_.evaluate_nodes(inputs)), check);
     }
   }
@@ -366,7 +397,8 @@ class SolutionComparison {
       std::vector<double> scales;
       for (std::size_t i = 0; i < inputs.size(); ++i) {
         const bool is_solved =
-            std::find(unknown_inputs_.begin(), unknown_inputs_.end(), static_cast<int>(i)) != unknown_inputs_.end();
+            std::any_of(unknowns_.begin(), unknowns_.end(),
+                        [i](const ParametricModel::SignedInput& one) { return one.index == static_cast<int>(i); });
         scales.push_back(is_fixed_[i] && !is_solved ? 0 : std::max(std::abs(start[i]), 1e-3));
         std::vector<double> changed = inputs;
         changed[i] += relative_difference * scales.back();
@@ -380,6 +412,13 @@ class SolutionComparison {
       for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i] -= scales[i] * change[static_cast<Eigen::Index>(i)];
     }
     return remaining_at(inputs).is_zero(1e-12);
+  }
+
+  /// Whether a number that is not zero in the spec has vanished: without its masses, a mechanism meets anything.
+  bool is_degenerate(const std::vector<double>& inputs) const {
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+      if (std::abs(inputs[i]) < min_relative_size * std::abs(model_.inputs()[i])) return true;
+    return false;
   }
 
   /// The conditions that remain, and the sums of their terms' magnitudes.
@@ -413,7 +452,8 @@ class SolutionComparison {
                                ? evaluate_text(text->second, names)
                                : evaluate_polynomial(one.value.numerator) / evaluate_polynomial(one.value.denominator);
       if (!std::isfinite(value)) return false;
-      inputs[static_cast<std::size_t>(unknown_inputs_[index_of(one.symbol)])] = value;
+      const ParametricModel::SignedInput& input = unknowns_[index_of(one.symbol)];
+      inputs[static_cast<std::size_t>(input.index)] = input.sign * value;
     }
     return true;
   }
@@ -430,8 +470,8 @@ class SolutionComparison {
   Mechanism mechanism_;
   std::size_t section_ = std::numeric_limits<std::size_t>::max();  ///< of the solution, if it is printed
   std::mt19937_64 random_;
-  std::vector<int> unknown_inputs_;  ///< per unknown; −1: none
-  std::vector<bool> is_fixed_;       ///< per input: it keeps the spec's value
+  std::vector<ParametricModel::SignedInput> unknowns_;
+  std::vector<bool> is_fixed_;  ///< per input: it keeps the spec's value
   bool has_fixed_geometry_ = false;
 };
 

@@ -255,7 +255,7 @@ class ConditionConverter {
         throw FormulaError(symbol.label + " has a unit that is no decimal fraction");
       if (ring_.symbol(index).kind == SymbolKind::dimensionless && symbol.unit == "m")
         ring_.set_kind(index, SymbolKind::length);
-      return Polynomial(unit) * Polynomial::of_symbol(ring_, index);
+      return Polynomial(unit) * numbers_.parameter(symbol.label);
     }
     for (const conditions::GeometricParameterLocation& location : symbol.uses.at(0).number.locations)
       if (const Polynomial number = location_polynomial(location); !number.is_zero()) return number;
@@ -282,13 +282,18 @@ class ConditionConverter {
         const Polynomial g = numbers_.gravity()[axis];  // its magnitude is meant, which is a symbol if it has one part
         return g.size() == 1 && g.terms()[0].coefficient.sign() < 0 ? -g : g;
       }
-      case joint_radius:
+      case joint_radius: return numbers_.joint_radius(at.index);
+      case body_point: return point_of_body(at)[axis];
       case constraint_factor:
       case constraint_point:
-      case body_point:
       case load: return {};
     }
     return {};
+  }
+
+  Vector point_of_body(const conditions::GeometricParameterLocation& at) {
+    const auto& body = tree_.model->mechanism().bodies[static_cast<std::size_t>(at.index)];
+    return numbers_.body_point(at.index, body.points[static_cast<std::size_t>(at.item)].name);
   }
 
   const Mass& mass_of(const dynamics::Parameter& parameter) {

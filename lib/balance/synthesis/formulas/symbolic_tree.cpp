@@ -117,10 +117,15 @@ double ParametricModel::perturbed_value(const Expression& x) const {
   return node_value(x, perturbed_nodes_);
 }
 
-int ParametricModel::input_of(const Expression& x) const {
-  if (x.is_constant()) return -1;
-  const expression::ExpressionNode& node = graph_.nodes()[static_cast<std::size_t>(x.node())];
-  return node.operation == expression::Operation::input ? node.input : -1;
+ParametricModel::SignedInput ParametricModel::input_of(const Expression& x) const {
+  if (x.is_constant()) return {};
+  const auto& nodes = graph_.nodes();
+  SignedInput found;
+  const expression::ExpressionNode* node = &nodes[static_cast<std::size_t>(x.node())];
+  for (; node->operation == expression::Operation::negate; found.sign = -found.sign)
+    node = &nodes[static_cast<std::size_t>(node->arguments[0])];
+  if (node->operation == expression::Operation::input) found.index = node->input;
+  return found;
 }
 
 bool ParametricModel::are_equal(const Vector3E& a, const Vector3E& b) const {

@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,8 +56,12 @@ class ParametricModel {
 
   /// The value with every input perturbed. Numbers that agree both here and at the spec's values are identical.
   double perturbed_value(const Expression& x) const;
-  /// The input that an expression is; −1 if it is none.
-  int input_of(const Expression& x) const;
+  /// The input that an expression is, up to its sign.
+  struct SignedInput {
+    int index = -1;  ///< −1: it is none
+    int sign = 1;
+  };
+  SignedInput input_of(const Expression& x) const;
   bool is_zero(const Expression& x) const { return x.value() == 0 && perturbed_value(x) == 0; }
   bool are_equal(const Vector3E& a, const Vector3E& b) const;
 
@@ -170,6 +175,7 @@ struct TreeOptions {
   ParameterExpressions expressions = ParameterExpressions::symbols;
   bool natural = false;                   ///< also build points and bodies for natural coordinates
   std::vector<CoordinateId> needed = {};  ///< must not close loops
+  std::set<std::string> inlined = {};     ///< parameters that are inlined in any case, in ratios, too
 };
 
 /// @throws FormulaError for a name that is no coordinate

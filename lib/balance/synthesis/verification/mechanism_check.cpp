@@ -202,7 +202,15 @@ class MechanismChecker {
             return std::find(mode.motions.begin(), mode.motions.end(), trajectories[k].name) != mode.motions.end();
           }))
         report_.notes.push_back(std::string("no assembly mode that was ") + (has_all ? "found" : "tried") +
-                                " can follow " + trajectories[k].name + ": " + selected[k].reason);
+                                " can follow " + trajectories[k].name + ": " + selected[k].reason +
+                                describe_unreachable_end(trajectories[k], selected[k]));
+  }
+
+  /// "; the end pose cannot be reached: …", if that may be why a motion fails on its way.
+  std::string describe_unreachable_end(const Trajectory& trajectory, const MotionOutcome& outcome) const {
+    if (outcome.reason.find("out of reach") != std::string::npos || has_velocity_constraints(mechanism_)) return "";
+    const std::string missed = kinematics::describe_unreachable_pose(mechanism_, trajectory.to);
+    return missed.empty() ? "" : "; the end pose cannot be reached: " + missed;
   }
 
   void check_actuators() {
