@@ -179,7 +179,8 @@ TEST_CASE("--minimize takes what minimize takes") {
 
 TEST_CASE("mistakes in --minimize are named") {
   CHECK(objective_complaint("") == "--minimize: expected what to minimize, found an empty text");
-  CHECK(objective_complaint("mass").find("--minimize: expected what to minimize (added-mass, added-inertia, total-mass") == 0);
+  CHECK(objective_complaint("mass").find(
+            "--minimize: expected what to minimize (added-mass, added-inertia, total-mass") == 0);
   CHECK(objective_complaint("{rms: powr}").find("--minimize: rms: expected a quantity (torque[J1]") == 0);
   CHECK(objective_complaint("[{rms: power, along: lin}]").find("--minimize: [0].along: expected a trajectory (line,") ==
         0);

@@ -7,15 +7,42 @@
 namespace balance::model {
 
 template <class To, class From, class Function>
+std::optional<To> convert_optional(const std::optional<From>& from, const Function& number) {
+  return from ? std::optional<To>(number(*from)) : std::nullopt;
+}
+
+template <class To, class From, class Function>
 TorqueDistributionOf<To> convert_distribution(const TorqueDistributionOf<From>& from, const Function& number) {
-  const auto optional_number = [&](const std::optional<From>& x) {
-    return x ? std::optional<To>(number(*x)) : std::nullopt;
-  };
   TorqueDistributionOf<To> to;
   to.method = from.method;
   for (const auto& share : from.shares)
-    to.shares.push_back({number(share.weight), optional_number(share.lower), optional_number(share.upper),
-                         optional_number(share.preload)});
+    to.shares.push_back({number(share.weight), convert_optional<To>(share.lower, number),
+                         convert_optional<To>(share.upper, number), convert_optional<To>(share.preload, number)});
+  return to;
+}
+
+template <class To, class From, class Function>
+ShapeOf<To> convert_shape(const ShapeOf<From>& from, const Function& number) {
+  ShapeOf<To> to{from.kind,
+                 number(from.diameter),
+                 number(from.inner_diameter),
+                 number(from.length),
+                 number(from.width),
+                 number(from.thickness),
+                 number(from.opening),
+                 number(from.axis_distance),
+                 {}};
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) to.rotation(row, column) = number(from.rotation(row, column));
+  return to;
+}
+
+template <class To, class From, class Function>
+FrictionOf<To> convert_friction(const FrictionOf<From>& from, const Function& number) {
+  FrictionOf<To> to{from.coordinate, number(from.viscous), number(from.coulomb), {}, {}, {}};
+  to.breakaway = convert_optional<To>(from.breakaway, number);
+  to.coulomb_backward = convert_optional<To>(from.coulomb_backward, number);
+  to.at_rest_backward = convert_optional<To>(from.at_rest_backward, number);
   return to;
 }
 
@@ -27,21 +54,6 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
     Matrix3Of<To> out;
     for (int column = 0; column < 3; ++column) out.col(column) = vector(m.col(column));
     return out;
-  };
-  const auto optional_number = [&](const std::optional<From>& x) {
-    return x ? std::optional<To>(number(*x)) : std::nullopt;
-  };
-  const auto shape = [&](const std::optional<ShapeOf<From>>& x) -> std::optional<ShapeOf<To>> {
-    if (!x) return std::nullopt;
-    return ShapeOf<To>{x->kind,
-                       number(x->diameter),
-                       number(x->inner_diameter),
-                       number(x->length),
-                       number(x->width),
-                       number(x->thickness),
-                       number(x->opening),
-                       number(x->axis_distance),
-                       matrix(x->rotation)};
   };
   const auto numbers = [&](const std::vector<From>& list) {
     std::vector<To> out;
@@ -80,10 +92,18 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
                                              term.index, number(term.factor), term.body, vector(term.position),
                                              term.pose_factor.template convert<To>(number), term.pose_variables});
   }
-  for (const auto& attachment : from.attachments)
-    to.attachments.push_back({attachment.name, attachment.kind, attachment.body, vector(attachment.position),
-                              number(attachment.mass), matrix(attachment.inertia), attachment.from, attachment.until,
-                              shape(attachment.shape)});
+  for (const auto& attachment : from.attachments) {
+    to.attachments.push_back({attachment.name,
+                              attachment.kind,
+                              attachment.body,
+                              vector(attachment.position),
+                              number(attachment.mass),
+                              matrix(attachment.inertia),
+                              attachment.from,
+                              attachment.until,
+                              {}});
+    if (attachment.shape) to.attachments.back().shape = convert_shape<To>(*attachment.shape, number);
+  }
   for (const auto& disc : from.discs)
     to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
@@ -93,19 +113,14 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
   for (const auto& spring : from.springs)
     to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
                           vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
-                          number(spring.preload), spring.coordinate, optional_number(spring.slack_length),
-                          optional_number(spring.shortest_length), optional_number(spring.longest_length)});
+                          number(spring.preload), spring.coordinate, convert_optional<To>(spring.slack_length, number),
+                          convert_optional<To>(spring.shortest_length, number),
+                          convert_optional<To>(spring.longest_length, number)});
   for (const auto& element : from.force_elements)
     to.force_elements.push_back({element.name, element.first, element.second, vector(element.point_first),
                                  vector(element.point_second), element.coordinate,
                                  element.table.template convert<To>(number), number(element.damping)});
-  for (const auto& friction : from.friction) {
-    to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}, {}, {}});
-    auto& copy = to.friction.back();
-    if (friction.breakaway) copy.breakaway = number(*friction.breakaway);
-    if (friction.coulomb_backward) copy.coulomb_backward = number(*friction.coulomb_backward);
-    if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
-  }
+  for (const auto& friction : from.friction) to.friction.push_back(convert_friction<To>(friction, number));
   to.actuators = from.actuators;
   if (from.torque_distribution) to.torque_distribution = convert_distribution<To>(*from.torque_distribution, number);
   if (from.tool) to.tool = {from.tool->body, from.tool->point, vector(from.tool->position)};

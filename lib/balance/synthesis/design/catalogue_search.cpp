@@ -277,27 +277,29 @@ class RowSearch {
   /// Combinations in the order of their cost; equal ones as in the catalogues.
   std::vector<std::vector<int>> list_combinations() {
     constexpr double max_listed = 2e6;
-    std::vector<std::vector<int>> all{{}};
-    std::vector<double> costs{0};
-    const auto& choices = space_.start.catalogue_choices;
-    for (std::size_t k = 0; k < choices.size(); ++k) {
-      std::vector<std::vector<int>> longer;
-      std::vector<double> longer_costs;
-      for (std::size_t i = 0; i < all.size(); ++i)
-        for (int r = 0; r < choices[k].rows(); ++r) {
-          if (!choices[k].is_free && r != choices[k].row) continue;
+    struct Combination {
+      double cost = 0;
+      std::vector<int> rows;
+    };
+    std::vector<Combination> all(1);
+    for (const study::CatalogueChoice& choice : space_.start.catalogue_choices) {
+      std::vector<Combination> longer;
+      for (const Combination& one : all)
+        for (int r = 0; r < choice.rows(); ++r) {
+          if (!choice.is_free && r != choice.row) continue;
           if (static_cast<double>(longer.size()) > max_listed) break;
-          longer.push_back(all[i]);
-          longer.back().push_back(r);
-          longer_costs.push_back(costs[i] + cost_of(choices[k], r));
+          longer.push_back({one.cost + cost_of(choice, r), one.rows});
+          longer.back().rows.push_back(r);
         }
-      all = std::move(longer), costs = std::move(longer_costs);
+      all = std::move(longer);
     }
-    std::vector<std::size_t> order(all.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return costs[a] < costs[b]; });
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Combination& a, const Combination& b) { return a.cost < b.cost; });
     std::vector<std::vector<int>> sorted;
-    for (const std::size_t i : order) sorted.push_back(all[i]), costs_.push_back(costs[i]);
+    for (Combination& one : all) {
+      costs_.push_back(one.cost);
+      sorted.push_back(std::move(one.rows));
+    }
     return sorted;
   }
 

@@ -289,7 +289,8 @@ ShapeSum enclose_sum(const RatioPart& part, const MatrixX& T, const VectorX& w) 
     constant += w[i] * root;
     magnitude += std::abs(w[i]) * root;
     sum.slopes += (-0.5 * w[i] * root / eta) * row;
-    curvature.selfadjointView<Eigen::Lower>().rankUpdate(row, 0.375 * w[i] * root / (eta * eta));
+    const double bend = 0.375 * w[i] * root / (eta * eta);
+    for (Eigen::Index j = 0; j < size; ++j) curvature.col(j).tail(size - j) += bend * row[j] * row.tail(size - j);
     const double least = eta + deviation.lower, most = deviation.magnitude();
     // |third derivative|/6 of t^(−1/2) is 5/16 t^(−7/2)
     sum.remainder += std::abs(w[i]) * 0.3125 / (least * least * least * std::sqrt(least)) * most * most * most;
