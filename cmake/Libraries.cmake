@@ -61,6 +61,8 @@ function(balance_take_built part)
 endfunction()
 
 if(BALANCE_BUILT_SYNTHESIS)
+  # Matrices pass between both builds, and GCC's address sanitizer makes Eigen allocate in another way than that one did.
+  target_compile_definitions(balance_core PUBLIC EIGEN_MALLOC_ALREADY_ALIGNED=1)
   balance_take_built(derivatives core)
 else()
   # The engine over dual numbers: these sources of templates once more, see numerics/engine_scalar.hpp.
